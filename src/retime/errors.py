@@ -1,0 +1,154 @@
+"""Every error and warning that retime raises on purpose.
+
+Each carries its place, its values and a remedy, in the message and as attributes::
+
+    RetimeError
+    ├── FormatError            a file that can't be read or written as what it claims to be
+    ├── InvalidMotionError     numbers that no motion may hold (non-finite, wrong shape)
+    ├── InfeasibleWarpError    no warp meets the keytimes and limits
+    ├── OptionError            options that contradict each other or the data
+    ├── OutputExistsError      an output would overwrite a file, and nobody said it may
+    └── MissingExtraError      an optional dependency is needed; names the extra to install
+
+    RetimeWarning              (a UserWarning) something was assumed or repaired
+    └── FormatWarning          ... while reading a file
+"""
+
+from __future__ import annotations
+
+from os import PathLike, fspath
+
+__all__ = [
+    "FormatError",
+    "FormatWarning",
+    "InfeasibleWarpError",
+    "InvalidMotionError",
+    "MissingExtraError",
+    "OptionError",
+    "OutputExistsError",
+    "RetimeError",
+    "RetimeWarning",
+]
+
+
+class RetimeError(Exception):
+    """Base of every error that retime raises on purpose."""
+
+
+class FormatError(RetimeError, ValueError):
+    """A file is not what it claims to be, or can't hold what should be written.
+
+    Parameters
+    ----------
+    problem : str
+        What was expected and what was found.
+    path : path-like, optional
+        The file.
+    line : int, optional
+        Line in the file, counted from 1.
+    column : int, optional
+        Column in the line, counted from 1.
+    byte : int, optional
+        Offset from the start of a binary file, counted from 0.
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        path: str | PathLike[str] | None = None,
+        line: int | None = None,
+        column: int | None = None,
+        byte: int | None = None,
+    ) -> None:
+        self.problem = problem
+        self.path = None if path is None else fspath(path)
+        self.line = line
+        self.column = column
+        self.byte = byte
+        place = [] if self.path is None else [self.path]
+        if line is not None:
+            place.append(str(line))
+            if column is not None:
+                place.append(str(column))
+        elif byte is not None:
+            place.append(f"byte {byte}")
+        super().__init__(f"{':'.join(place)}: {problem}" if place else problem)
+
+
+class InvalidMotionError(RetimeError, ValueError):
+    """A motion holds numbers that no motion may hold."""
+
+
+class InfeasibleWarpError(RetimeError, ValueError):
+    """No warp meets the keytimes and the limits.
+
+    Parameters
+    ----------
+    message : str
+        What can't be met, and what would make it feasible.
+    span : int, optional
+        Which span between neighbouring keytimes, counted from 0.
+    n_input, n_output, max_skip : int, optional
+        Frames and limit of the span that fails, at the analysis rate.
+    min_output, max_output : int, optional
+        The output frames that this span allows, at the analysis rate.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        span: int | None = None,
+        n_input: int | None = None,
+        n_output: int | None = None,
+        max_skip: int | None = None,
+        min_output: int | None = None,
+        max_output: int | None = None,
+    ) -> None:
+        self.span = span
+        self.n_input = n_input
+        self.n_output = n_output
+        self.max_skip = max_skip
+        self.min_output = min_output
+        self.max_output = max_output
+        super().__init__(message)
+
+
+class OptionError(RetimeError, ValueError):
+    """Options contradict each other or the data."""
+
+
+class OutputExistsError(RetimeError, FileExistsError):
+    """An output would overwrite a file, and nobody said that it may."""
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self.path = fspath(path)
+        super().__init__(f"{self.path}: exists already; choose another place or allow overwriting (--force)")
+
+
+class MissingExtraError(RetimeError, ImportError):
+    """An optional dependency is needed.
+
+    Parameters
+    ----------
+    what : str
+        What was asked for.
+    package : str
+        The package that could not be imported.
+    extra : str
+        The extra of retime that installs it.
+    """
+
+    def __init__(self, what: str, *, package: str, extra: str) -> None:
+        self.package = package
+        self.extra = extra
+        super().__init__(f"{what} needs {package}, which is not installed: pip install 'retime[{extra}]'")
+
+
+class RetimeWarning(UserWarning):
+    """Something was assumed or repaired; the result may not be what was meant."""
+
+
+class FormatWarning(RetimeWarning):
+    """A file was read, but not quite as it says."""

@@ -1,0 +1,78 @@
+"""What a reader may be told, and what it will not go past."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Sizes that a reader refuses to go past; each is named in its message and can be set.
+
+    Attributes
+    ----------
+    file_bytes : int
+        Bytes of a file.
+    joints : int
+        Joints of a skeleton.
+    depth : int
+        Joints from the root down to the deepest.
+    joint_channels : int
+        Channels of one joint.
+    channels : int
+        Channels of a motion or signal.
+    frames : int
+        Frames of a motion or signal.
+    line_bytes : int
+        Bytes of a line of text.
+    name_bytes : int
+        Bytes of a joint's or channel's name.
+    json_depth : int
+        Nesting of a JSON document.
+    zip_ratio : int
+        How many times larger than its compressed bytes a zip member may claim to be.
+    inflated_bytes : int
+        Bytes of all inflated zip members.
+    problems : int
+        Problems reported for one file.
+    """
+
+    file_bytes: int = 1 << 30
+    joints: int = 4096
+    depth: int = 256
+    joint_channels: int = 9
+    channels: int = 16384
+    frames: int = 10_000_000
+    line_bytes: int = 16 << 20
+    name_bytes: int = 1024
+    json_depth: int = 64
+    zip_ratio: int = 200
+    inflated_bytes: int = 2 << 30
+    problems: int = 100
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What a person may tell a reader.
+
+    Attributes
+    ----------
+    rate : Fraction, optional
+        Frames a second, in place of what the file declares (or fails to).
+    skeleton : Path, optional
+        The ASF of an AMC, where it can't be found beside it.
+    repair : bool
+        Keep what is whole of a damaged file, with a warning, where that is possible.
+    decimal_comma : bool
+        Numbers are written with a comma (0,5) instead of a point.
+    limits : Limits
+        Sizes not to go past.
+    """
+
+    rate: Fraction | None = None
+    skeleton: Path | None = None
+    repair: bool = False
+    decimal_comma: bool = False
+    limits: Limits = field(default_factory=Limits)

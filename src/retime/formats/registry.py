@@ -1,0 +1,157 @@
+"""Which module reads and writes which file, and the one way in and out.
+
+A format is a small module with ``read(path, data, options)`` and ``write(motion, path)``; see `FORMATS`.
+Modules are imported when a file of theirs is met.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from fractions import Fraction
+from os import PathLike
+from pathlib import Path
+from typing import Protocol, cast
+
+from retime.errors import FormatError
+from retime.formats.files import read_bytes
+from retime.formats.options import Limits, ReadOptions
+from retime.motion.motion import Motion
+from retime.motion.rate import parse_rate
+from retime.motion.signal import Signal
+
+
+@dataclass(frozen=True)
+class Format:
+    """One row of the registry.
+
+    Attributes
+    ----------
+    name : str
+        The format's name and its module in `retime.formats`.
+    suffixes : tuple of str
+        File name endings, lower case, with the dot.
+    holds : str
+        "motion" or "signal".
+    writes : bool
+        Whether it can be written.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    holds: str
+    writes: bool = True
+
+
+FORMATS = (
+    Format("bvh", (".bvh",), "motion"),
+    Format("amc", (".amc",), "motion"),
+    Format("csv_table", (".csv",), "signal"),
+    Format("npy", (".npy", ".npz"), "signal"),
+)
+
+
+class FormatModule(Protocol):
+    """What a format's module offers."""
+
+    def read(self, path: Path, data: bytes, options: ReadOptions) -> Motion | Signal:
+        """Read the bytes of a file; `path` is for messages and for files that belong to it."""
+
+    def write(self, motion: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+        """Write a file, all or nothing."""
+
+
+def format_of(path: str | PathLike[str]) -> Format:
+    """Find a file's format by its name's ending; raise FormatError where none is known."""
+    suffix = Path(path).suffix.lower()
+    for known in FORMATS:
+        if suffix in known.suffixes:
+            return known
+    endings = ", ".join(suffix for known in FORMATS for suffix in known.suffixes)
+    raise FormatError(f"no format ends in {suffix or 'nothing'!r}; known endings are {endings}", path=path)
+
+
+def _module(known: Format) -> FormatModule:
+    return cast(FormatModule, importlib.import_module(f"retime.formats.{known.name}"))
+
+
+def read(
+    path: str | PathLike[str],
+    *,
+    rate: str | float | Fraction | None = None,
+    skeleton: str | PathLike[str] | None = None,
+    repair: bool = False,
+    decimal_comma: bool = False,
+    limits: Limits | None = None,
+) -> Motion | Signal:
+    """Read a motion, or a signal, from a file.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its name's ending says what it is.
+    rate : str, float or Fraction, optional
+        Frames a second, in place of what the file declares.
+    skeleton : path-like, optional
+        The ASF of an AMC, where it can't be found beside it.
+    repair : bool
+        Keep what is whole of a damaged file, with a warning.
+    decimal_comma : bool
+        Numbers are written with a comma.
+    limits : Limits, optional
+        Sizes not to go past.
+
+    Returns
+    -------
+    Motion or Signal
+        What the file holds.
+
+    Raises
+    ------
+    FormatError
+        The file is not what it claims to be.
+    OSError
+        The file can't be opened.
+
+    Warns
+    -----
+    FormatWarning
+        Something was assumed or repaired.
+    """
+    path = Path(path)
+    options = ReadOptions(
+        rate=None if rate is None else parse_rate(rate),
+        skeleton=None if skeleton is None else Path(skeleton),
+        repair=repair,
+        decimal_comma=decimal_comma,
+        limits=limits or Limits(),
+    )
+    known = format_of(path)
+    return _module(known).read(path, read_bytes(path, options.limits), options)
+
+
+def write(motion: Motion | Signal, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a motion, or a signal, to a file: whole, or not at all.
+
+    Parameters
+    ----------
+    motion : Motion or Signal
+        What to write.
+    path : path-like
+        Where; the name's ending says in which format.
+    overwrite : bool
+        Replace a file that is there.
+
+    Raises
+    ------
+    OutputExistsError
+        The file is there, and `overwrite` is not set.
+    FormatError
+        The format can't hold this.
+    """
+    path = Path(path)
+    known = format_of(path)
+    holds = "motion" if isinstance(motion, Motion) else "signal"
+    if known.holds != holds:
+        raise FormatError(f"a {known.suffixes[0]} file holds a {known.holds}, not a {holds}", path=path)
+    _module(known).write(motion, path, overwrite=overwrite)

@@ -1,0 +1,1 @@
+"""Values and their mathematics: rotations, skeletons, motions, signals, kinematics. Opens no file."""

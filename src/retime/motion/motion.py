@@ -1,0 +1,222 @@
+"""A motion: a skeleton, its joints' local translations and rotations, and an exact rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from retime.errors import InvalidMotionError, OptionError
+from retime.motion import rotation
+from retime.motion.rotation import FloatArray
+from retime.motion.skeleton import Skeleton
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What a file declared beyond the motion itself, kept so that writing gives the file back.
+
+    Attributes
+    ----------
+    format : str
+        The format's name ("bvh").
+    channels : tuple of tuple of str
+        For each joint the channels in file order: ``Xposition`` ... ``Zrotation``.
+    frame_time : str
+        The frame time as written, or "".
+    """
+
+    format: str
+    channels: tuple[tuple[str, ...], ...]
+    frame_time: str = ""
+
+
+def frame_positions(input_times: ArrayLike, rate: Fraction, n_frames: int) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    """Place times between frames.
+
+    Times within a billionth of a frame of a frame are taken to be that frame, so that a motion sampled at its own frames
+    comes back bit for bit; times outside the motion are held at its ends.
+
+    Parameters
+    ----------
+    input_times : float array, any shape
+        Seconds from the first frame.
+    rate : Fraction
+        Frames a second.
+    n_frames : int
+        Number of frames, at least 1.
+
+    Returns
+    -------
+    before, after : int arrays
+        Neighbouring frames.
+    fraction : float array
+        How far from `before` to `after`, in [0, 1).
+    """
+    place = np.clip(np.asarray(input_times, dtype=np.float64) * float(rate), 0.0, n_frames - 1)
+    whole = np.round(place)
+    place = np.where(np.abs(place - whole) < 1e-9, whole, place)
+    before = np.floor(place).astype(np.intp)
+    after = np.minimum(before + 1, n_frames - 1)
+    return before, after, place - before
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A moving skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The joints.
+    rotations : float array, shape (n_frames, n_joints, 4)
+        Local rotations, wxyz; scaled to unit length here.
+    translations : float array, shape (n_frames, n_joints, 3)
+        Local translations (joint origin in its parent's space), in length units. Left out: the rest offsets.
+    rate : Fraction
+        Frames a second, exact.
+    name : str
+        What to call it in messages and plots.
+    first_frame : int
+        The number that the file gives its first frame (AMC and C3D count from 1).
+    metres_per_unit : float, optional
+        Length of one unit in metres, where known.
+    declaration : Declaration, optional
+        What its file declared.
+    declared_angles : float array, shape (n_frames, n_joints, 3), optional
+        Euler angles as the file wrote them (radians, in each joint's declared order, unused places 0). They only choose
+        among the many triples that mean one rotation when the motion is written again.
+
+    Raises
+    ------
+    InvalidMotionError
+        No frame, shapes that disagree, or a number that is not finite (named by joint and frame).
+    """
+
+    skeleton: Skeleton
+    rotations: FloatArray
+    translations: FloatArray | None = None
+    rate: Fraction = field(default=Fraction(30))
+    name: str = ""
+    first_frame: int = 0
+    metres_per_unit: float | None = None
+    declaration: Declaration | None = None
+    declared_angles: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        n_joints = self.skeleton.n_joints
+        rotations = np.asarray(self.rotations, dtype=np.float64)
+        if rotations.ndim != 3 or rotations.shape[1:] != (n_joints, 4) or len(rotations) == 0:
+            raise InvalidMotionError(
+                f"expected rotations of shape (n_frames >= 1, {n_joints}, 4), found {rotations.shape}"
+            )
+        if self.translations is None:
+            translations = np.broadcast_to(self.skeleton.offsets, (len(rotations), n_joints, 3))
+        else:
+            translations = np.asarray(self.translations, dtype=np.float64)
+        if translations.shape != (len(rotations), n_joints, 3):
+            raise InvalidMotionError(
+                f"expected translations of shape ({len(rotations)}, {n_joints}, 3), found {translations.shape}"
+            )
+        self._refuse_non_finite("rotation", rotations)
+        self._refuse_non_finite("translation", translations)
+        if not (isinstance(self.rate, Fraction) and self.rate > 0):
+            raise InvalidMotionError(f"expected an exact rate above 0 (a Fraction), found {self.rate!r}")
+        length = np.sqrt(np.einsum("fjc,fjc->fj", rotations, rotations))
+        if np.any(np.abs(length - 1.0) > 1e-12):
+            if not np.all(length > 0):
+                frame, joint = (int(i) for i in np.argwhere(~(length > 0))[0])
+                raise InvalidMotionError(
+                    f"the rotation of joint {self.skeleton.names[joint]!r} at frame {frame} has length 0"
+                )
+            rotations = rotations / length[..., None]
+        for name, array in (("rotations", rotations), ("translations", translations)):
+            view = array.view()
+            view.setflags(write=False)
+            object.__setattr__(self, name, view)
+        if self.declared_angles is not None and self.declared_angles.shape != (len(rotations), n_joints, 3):
+            raise InvalidMotionError(
+                f"expected declared angles of shape ({len(rotations)}, {n_joints}, 3), found {self.declared_angles.shape}"
+            )
+
+    def _refuse_non_finite(self, what: str, values: FloatArray) -> None:
+        if np.isfinite(values).all():
+            return
+        frame, joint, _ = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
+        raise InvalidMotionError(
+            f"the {what} of joint {self.skeleton.names[joint]!r} at frame {frame} is not finite: {values[frame, joint]}"
+        )
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.rotations)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last (one frame less than `n_frames` / `rate`)."""
+        return float((self.n_frames - 1) / self.rate)
+
+    @property
+    def local_translations(self) -> FloatArray:
+        """Local translations, shape (n_frames, n_joints, 3): never None."""
+        assert self.translations is not None
+        return self.translations
+
+    def frames(self, start: int, stop: int) -> Motion:
+        """Cut out frames ``start`` to ``stop - 1``, counted from 0.
+
+        Raises
+        ------
+        OptionError
+            The range is empty or leaves the motion.
+        """
+        if not 0 <= start < stop <= self.n_frames:
+            raise OptionError(
+                f"frames {start} to {stop - 1} are not inside {self.name or 'the motion'}, which has frames 0 to "
+                f"{self.n_frames - 1}"
+            )
+        angles = self.declared_angles
+        return replace(
+            self,
+            rotations=self.rotations[start:stop],
+            translations=self.local_translations[start:stop],
+            first_frame=self.first_frame + start,
+            declared_angles=None if angles is None else angles[start:stop],
+        )
+
+    def with_rate(self, rate: Fraction) -> Motion:
+        """Play the same frames at another rate (for files that declare a wrong one)."""
+        return replace(self, rate=rate)
+
+    def at(self, input_times: ArrayLike) -> Motion:
+        """Sample at any times: slerp for rotations, linear for translations.
+
+        Parameters
+        ----------
+        input_times : float array, shape (n,)
+            Seconds from the first frame; held at the ends outside the motion.
+
+        Returns
+        -------
+        Motion
+            `n` frames, at this motion's rate whatever the spacing of the times: the caller says what they mean.
+        """
+        before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
+        rotations = self.rotations[before]
+        translations = self.local_translations[before]
+        between = np.flatnonzero(fraction)
+        if len(between):
+            share = fraction[between]
+            rotations[between] = rotation.slerp(
+                rotations[between], self.rotations[after[between]], share[:, None]
+            )
+            translations[between] += share[:, None, None] * (
+                self.local_translations[after[between]] - translations[between]
+            )
+        angles = self.declared_angles
+        if angles is not None:
+            angles = angles[np.where(fraction < 0.5, before, after)]
+        return replace(self, rotations=rotations, translations=translations, first_frame=0, declared_angles=angles)

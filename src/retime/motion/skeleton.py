@@ -1,0 +1,95 @@
+"""The skeleton: joint names, parents and rest offsets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from retime.errors import InvalidMotionError
+from retime.motion.rotation import FloatArray
+
+
+@dataclass(frozen=True)
+class EndSite:
+    """The far end of a joint that has no children.
+
+    Attributes
+    ----------
+    parent : int
+        The joint that it belongs to.
+    offset : tuple of float
+        Its place in that joint's space, in the motion's length unit.
+    """
+
+    parent: int
+    offset: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """A tree of joints.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Joint names, root first. Files may repeat a name; `index` finds the first.
+    parents : tuple of int
+        Each joint's parent, which stands before it; -1 for the root.
+    offsets : float array, shape (n_joints, 3)
+        Rest offset of each joint from its parent, in the motion's length unit.
+    end_sites : tuple of EndSite
+        Far ends of the last joints.
+
+    Raises
+    ------
+    InvalidMotionError
+        The lengths differ, a parent does not stand before its child, there is not exactly one root, or an offset is not
+        finite.
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: FloatArray
+    end_sites: tuple[EndSite, ...] = ()
+
+    def __post_init__(self) -> None:
+        offsets = np.array(self.offsets, dtype=np.float64)
+        n_joints = len(self.names)
+        if n_joints == 0 or len(self.parents) != n_joints or offsets.shape != (n_joints, 3):
+            raise InvalidMotionError(
+                f"a skeleton needs as many names, parents and offsets: {n_joints} names, "
+                f"{len(self.parents)} parents, offsets of shape {offsets.shape}"
+            )
+        for joint, parent in enumerate(self.parents):
+            if (parent == -1) != (joint == 0) or not -1 <= parent < joint:
+                raise InvalidMotionError(
+                    f"joint {self.names[joint]!r} ({joint}) has parent {parent}: the root comes first, and every "
+                    "parent before its children"
+                )
+        for site in self.end_sites:
+            if not 0 <= site.parent < n_joints:
+                raise InvalidMotionError(f"an end site belongs to joint {site.parent}, of {n_joints}")
+            if not np.all(np.isfinite(site.offset)):
+                raise InvalidMotionError(f"the end site of {self.names[site.parent]!r} is not finite")
+        if not np.all(np.isfinite(offsets)):
+            joint = int(np.argwhere(~np.isfinite(offsets))[0, 0])
+            raise InvalidMotionError(f"the offset of joint {self.names[joint]!r} is not finite")
+        offsets.setflags(write=False)
+        object.__setattr__(self, "offsets", offsets)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints, end sites not counted."""
+        return len(self.names)
+
+    def index(self, name: str) -> int:
+        """Return the first joint called `name`; raise KeyError where there is none."""
+        try:
+            return self.names.index(name)
+        except ValueError:
+            raise KeyError(f"no joint is called {name!r}; there are {', '.join(self.names)}") from None
+
+    def children(self, joint: int) -> tuple[int, ...]:
+        """Return the joints whose parent is `joint`."""
+        return tuple(child for child, parent in enumerate(self.parents) if parent == joint)
