@@ -1,0 +1,335 @@
+"""The warp: a continuous map from output time to input time.
+
+Its slope is the playback speed: 2 plays the input twice as fast, 0 holds a pose, below 0 runs backward. It is stored
+as a polyline, which is closed under everything done to it here (inverse, composition, blending), so a saved
+warp means the same numbers in every program that draws straight lines between knots.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from retime.errors import FormatError, InfeasibleWarpError, OptionError
+
+FloatArray = NDArray[np.float64]
+
+_VERSION = 1
+_MAX_KNOTS = 20_000_000
+
+
+@dataclass(frozen=True, order=True)
+class Keytime:
+    """At `output_time` the output shows the pose that the input has at `input_time`; both in seconds.
+
+    Attributes
+    ----------
+    output_time, input_time : float
+        Seconds from the first frame of the output, of the input.
+    """
+
+    output_time: float
+    input_time: float
+
+
+@dataclass(frozen=True, eq=False)
+class Warp:
+    """A continuous map from output time to input time, linear between knots.
+
+    Parameters
+    ----------
+    output_times : float array, shape (n_knots,)
+        Seconds, strictly increasing; at least two.
+    input_times : float array, shape (n_knots,)
+        Seconds. Increasing where the warp plays forward, equal where it holds, decreasing where it runs backward.
+    keytimes : tuple of Keytime
+        The keytimes that it was made to meet, for plots and for smoothing.
+    method : str
+        How it was found: "guided", "linear", "spline", ... or "".
+    name : str
+        What to call it in messages and plots.
+
+    Raises
+    ------
+    OptionError
+        Fewer than two knots, times that are not finite, or output times that don't increase.
+
+    Examples
+    --------
+    >>> warp = Warp([0.0, 1.0, 2.0], [0.0, 2.0, 3.0])
+    >>> float(warp(0.5)), warp.speed([0.5, 1.5]).tolist()
+    (1.0, [2.0, 1.0])
+    >>> float(warp.inverse()(1.0))
+    0.5
+    """
+
+    output_times: FloatArray
+    input_times: FloatArray
+    keytimes: tuple[Keytime, ...] = ()
+    method: str = ""
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        output_times = np.array(self.output_times, dtype=np.float64)
+        input_times = np.array(self.input_times, dtype=np.float64)
+        if output_times.ndim != 1 or output_times.shape != input_times.shape or len(output_times) < 2:
+            raise OptionError(
+                "a warp needs two or more knots, one input time for each output time; found shapes "
+                f"{output_times.shape} and {input_times.shape}"
+            )
+        if not (np.isfinite(output_times).all() and np.isfinite(input_times).all()):
+            knot = int(np.flatnonzero(~(np.isfinite(output_times) & np.isfinite(input_times)))[0])
+            raise OptionError(f"knot {knot} of the warp is not finite: {output_times[knot]}, {input_times[knot]}")
+        stuck = np.flatnonzero(np.diff(output_times) <= 0)
+        if len(stuck):
+            knot = int(stuck[0])
+            raise OptionError(
+                f"output times must increase: knot {knot + 1} is at {output_times[knot + 1]:g} s, after one at "
+                f"{output_times[knot]:g} s"
+            )
+        for name, array in (("output_times", output_times), ("input_times", input_times)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def output_start(self) -> float:
+        """Output time of the first knot, seconds."""
+        return float(self.output_times[0])
+
+    @property
+    def output_end(self) -> float:
+        """Output time of the last knot, seconds."""
+        return float(self.output_times[-1])
+
+    @property
+    def output_duration(self) -> float:
+        """Seconds of output between the first knot and the last."""
+        return self.output_end - self.output_start
+
+    @property
+    def slopes(self) -> FloatArray:
+        """Playback speed of each piece between knots, shape (n_knots - 1,)."""
+        return np.diff(self.input_times) / np.diff(self.output_times)
+
+    @property
+    def monotone(self) -> bool:
+        """Whether the warp plays forward everywhere, without a hold."""
+        return bool(np.all(np.diff(self.input_times) > 0))
+
+    def __call__(self, output_times: ArrayLike) -> FloatArray:
+        """Return the input time (seconds) shown at each output time (seconds); held at the ends outside."""
+        return np.asarray(np.interp(output_times, self.output_times, self.input_times))
+
+    def speed(self, output_times: ArrayLike) -> FloatArray:
+        """Return the playback speed at each output time; at a knot, that of the piece after it."""
+        slopes = self.slopes
+        piece = np.searchsorted(self.output_times, np.asarray(output_times, dtype=np.float64), side="right") - 1
+        return slopes[np.clip(piece, 0, len(slopes) - 1)]
+
+    def inverse(self) -> Warp:
+        """Return the map from input time to output time.
+
+        Raises
+        ------
+        InfeasibleWarpError
+            The warp holds or runs backward somewhere: one input time then has several output times, or none.
+        """
+        if not self.monotone:
+            piece = int(np.flatnonzero(np.diff(self.input_times) <= 0)[0])
+            raise InfeasibleWarpError(
+                f"the warp holds or runs backward from output time {self.output_times[piece]:g} s, so it has no inverse"
+            )
+        keytimes = tuple(Keytime(key.input_time, key.output_time) for key in self.keytimes)
+        return replace(self, output_times=self.input_times, input_times=self.output_times, keytimes=keytimes)
+
+    def compose(self, first: Warp) -> Warp:
+        """Return the warp that applies `first`, then this one: ``result(t) == self(first(t))``.
+
+        `first` maps the new output time to what this warp calls output time. Its keytimes and this one's are dropped:
+        they speak of a time in between.
+        """
+        knots = [first.output_times]
+        for before, after, a, b in zip(
+            first.output_times[:-1],
+            first.output_times[1:],
+            first.input_times[:-1],
+            first.input_times[1:],
+            strict=True,
+        ):
+            if a != b:
+                low, high = np.searchsorted(self.output_times, [min(a, b), max(a, b)], side="right")
+                inner = self.output_times[low : int(high)]
+                knots.append(before + (inner - a) / (b - a) * (after - before))
+        times = np.unique(np.concatenate(knots))
+        return Warp(times, self(first(times)), method=self.method, name=self.name)
+
+    def smooth(self, window: float, *, at: ArrayLike | None = None) -> Warp:
+        """Average the warp over a moving window, and keep its ends and keytimes exactly (§3.4).
+
+        The mean of the warp over `window` seconds of output around each time. Beyond its ends the warp is continued by
+        point reflection, so the ends stay; near a keytime inside the window shrinks, so the keytime stays. A window that
+        grows or shrinks no faster than time passes keeps a monotone warp monotone: between neighbouring times it
+        gains only later values, or loses only earlier ones.
+
+        Parameters
+        ----------
+        window : float
+            Full width in seconds of output time; 0 changes nothing.
+        at : float array, optional
+            Output times of the new knots, to which ends and keytimes are added. Left out: the knots of this warp.
+
+        Returns
+        -------
+        Warp
+            With the same ends and keytimes.
+        """
+        if not (np.isfinite(window) and window >= 0):
+            raise OptionError(f"the smoothing window must be 0 or more seconds, found {window}")
+        start, end = self.output_start, self.output_end
+        inner = np.array([key.output_time for key in self.keytimes if start < key.output_time < end])
+        wanted = self.output_times if at is None else np.asarray(at, dtype=np.float64)
+        times = np.unique(np.concatenate([[start], wanted[(wanted > start) & (wanted < end)], inner, [end]]))
+        half = np.full(len(times), min(window, self.output_duration) / 2)
+        if len(inner):
+            later = np.clip(np.searchsorted(inner, times), 0, len(inner) - 1)
+            earlier = np.maximum(later - 1, 0)
+            half = np.minimum(half, np.minimum(np.abs(times - inner[later]), np.abs(times - inner[earlier])))
+        input_times = self(times)
+        wide = (half > 0) & (times > start) & (times < end)
+        input_times[wide] = self._mean_around(times[wide], half[wide])
+        input_times[np.isin(times, inner)] = self(times[np.isin(times, inner)])
+        return replace(self, output_times=times, input_times=input_times)
+
+    def _mean_around(self, times: FloatArray, half: FloatArray) -> FloatArray:
+        """Average over [t - half, t + half], piece by piece: sums stay local, so hours of warp lose no digits."""
+        t, w = self.output_times, self.input_times
+        t = np.concatenate([2 * t[0] - t[:0:-1], t, 2 * t[-1] - t[-2::-1]])
+        w = np.concatenate([2 * w[0] - w[:0:-1], w, 2 * w[-1] - w[-2::-1]])
+        low, high = times - half, times + half
+        piece = np.searchsorted(t, low, side="right") - 1
+        last = np.searchsorted(t, high, side="left") - 1
+        centre = np.interp(times, t, w)
+        area = np.zeros(len(times))
+        while True:
+            live = piece <= last
+            if not live.any():
+                break
+            here = np.where(live, piece, last)
+            a, b = np.maximum(low, t[here]), np.minimum(high, t[here + 1])
+            slope = (w[here + 1] - w[here]) / (t[here + 1] - t[here])
+            middle = w[here] + slope * ((a + b) / 2 - t[here]) - centre
+            area += np.where(live, (b - a) * middle, 0.0)
+            piece = piece + 1
+        return np.asarray(centre + area / (2 * half))
+
+    def to_json(self) -> str:
+        """Return the warp as a JSON document (format ``retime-warp``, version 1); numbers come back bit for bit."""
+        document = {
+            "format": "retime-warp",
+            "version": _VERSION,
+            "method": self.method,
+            "name": self.name,
+            "keytimes": [[key.output_time, key.input_time] for key in self.keytimes],
+            "output_times": self.output_times.tolist(),
+            "input_times": self.input_times.tolist(),
+        }
+        return json.dumps(document, allow_nan=False) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str | bytes) -> Warp:
+        """Read a warp from a JSON document.
+
+        Raises
+        ------
+        FormatError
+            Not JSON, not a warp, a version from the future, or numbers that make no warp.
+        """
+        document = _parse_json(text)
+        if not isinstance(document, dict) or document.get("format") != "retime-warp":
+            raise FormatError('expected a warp: a JSON object with "format": "retime-warp"')
+        version = document.get("version")
+        if version != _VERSION:
+            raise FormatError(f"warp version {version!r} is not one that this program reads (it reads {_VERSION})")
+        output_times = _numbers(document, "output_times")
+        input_times = _numbers(document, "input_times")
+        pairs = document.get("keytimes", [])
+        if not isinstance(pairs, list) or not all(
+            isinstance(pair, list) and len(pair) == 2 and all(_is_number(x) for x in pair) for pair in pairs
+        ):
+            raise FormatError("keytimes: expected pairs of numbers, [output time, input time] in seconds")
+        texts = {key: document.get(key, "") for key in ("method", "name")}
+        for key, value in texts.items():
+            if not isinstance(value, str):
+                raise FormatError(f"{key}: expected text, found {value!r}")
+        try:
+            return cls(
+                output_times,
+                input_times,
+                tuple(Keytime(float(o), float(i)) for o, i in pairs),
+                method=texts["method"],
+                name=texts["name"],
+            )
+        except OptionError as error:
+            raise FormatError(str(error)) from None
+
+
+def _parse_json(text: str | bytes) -> Any:
+    def refuse(constant: str) -> None:
+        raise FormatError(f"{constant} is not a number that a warp may hold")
+
+    if isinstance(text, bytes):
+        try:
+            text = text.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise FormatError("expected JSON in UTF-8", byte=error.start) from None
+    try:
+        return json.loads(text, parse_constant=refuse)
+    except json.JSONDecodeError as error:
+        raise FormatError(f"not JSON: {error.msg}", line=error.lineno, column=error.colno) from None
+    except RecursionError:
+        raise FormatError("not a warp: JSON nested too deeply") from None
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _numbers(document: dict[str, Any], key: str) -> FloatArray:
+    values = document.get(key)
+    if not isinstance(values, list) or not all(_is_number(value) for value in values):
+        raise FormatError(f"{key}: expected a list of numbers")
+    if len(values) > _MAX_KNOTS:
+        raise FormatError(f"{key}: {len(values)} knots, the limit is {_MAX_KNOTS}")
+    try:
+        return np.array(values, dtype=np.float64)
+    except OverflowError:
+        raise FormatError(f"{key}: a number is too large") from None
+
+
+def blend(a: Warp, b: Warp, weight: ArrayLike | Sequence[float]) -> Warp:
+    """Mix two warps of the same ends: ``(1 - weight) a + weight b`` (§5).
+
+    A mix of monotone maps is monotone where the weight is constant.
+
+    Parameters
+    ----------
+    a, b : Warp
+        With the same output range.
+    weight : float
+        0 gives `a`, 1 gives `b`.
+    """
+    share = np.asarray(weight, dtype=np.float64)
+    if share.ndim != 0 or not 0 <= share <= 1:
+        raise OptionError(f"the weight of a blend must be a number from 0 to 1, found {weight!r}")
+    if not np.allclose([a.output_start, a.output_end], [b.output_start, b.output_end], rtol=0, atol=1e-9):
+        raise OptionError(
+            f"only warps of the same output range can be mixed: {a.output_start:g}–{a.output_end:g} s and "
+            f"{b.output_start:g}–{b.output_end:g} s"
+        )
+    times = np.union1d(a.output_times, b.output_times)
+    return Warp(times, (1 - share) * a(times) + share * b(times), a.keytimes, method="blend", name=a.name)
