@@ -1,0 +1,38 @@
+from retime.kernels import FloatArray, IntArray
+import numpy as np
+from numpy.typing import NDArray
+
+def joint_scores(
+    input: FloatArray,
+    reference: FloatArray,
+    max_skip: int,
+    velocity: float,
+    acceleration: float,
+    n_neighbors: int,
+    here: NDArray[np.float32],
+    after: NDArray[np.float32],
+    before: NDArray[np.float32],
+    slack: FloatArray,
+    reference_slack: float,
+    first: int,
+    begin: int,
+    end: int,
+    n_threads: int,
+    out: FloatArray,
+    /,
+) -> None: ...
+def conditional_scores(
+    input: FloatArray,
+    reference: FloatArray,
+    max_skip: int,
+    velocity: float,
+    acceleration: float,
+    n_neighbors: int,
+    nearest: IntArray,
+    n_threads: int,
+    out: FloatArray,
+    /,
+) -> None: ...
+def layered_path(
+    scores: FloatArray, positions: IntArray, frames: IntArray, memory_limit: int, /
+) -> tuple[IntArray, float] | None: ...

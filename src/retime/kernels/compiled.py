@@ -1,0 +1,85 @@
+"""The compiled kernels, with the matrix products that feed them.
+
+A call works through the input in blocks of frames, so that the products stay within a fixed memory however long the
+reference is.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+
+from retime.kernels import FloatArray, IntArray, _kernels
+from retime.kernels.numpy_backend import nearest_poses
+
+_BLOCK_BYTES = 96 << 20
+
+
+def n_threads() -> int:
+    """Threads to use: RETIME_THREADS, else as many as this process may run on."""
+    wanted = os.environ.get("RETIME_THREADS", "")
+    if wanted.isascii() and wanted.isdigit() and int(wanted) > 0:
+        return int(wanted)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def joint_scores(
+    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+) -> FloatArray:
+    """Score triples; see `retime.kernels.Backend`."""
+    n_input, n_numbers = inputs.shape
+    n_reference = len(reference)
+    out = np.full((n_input, max_skip, max_skip), np.inf)
+    # |ŷ - ẑ|² / 2 = |ŷ|² / 2 + here - after - before, where each term is linear in one input frame.
+    z, dz, ddz = (reference[:, part * n_numbers : (part + 1) * n_numbers] for part in range(3))
+    weights = (
+        z - 2 * acceleration * ddz,
+        velocity * dz + acceleration * ddz,
+        acceleration * ddz - velocity * dz,
+    )
+    # In single precision only ratios matter: scaled to about 1, nothing overflows.
+    size = max(float(np.abs(reference).max()), float(np.abs(inputs).max()), 1e-300)
+    y = (inputs / size).astype(np.float32)
+    parts = [(weight / size).astype(np.float32) for weight in weights]
+    half_squares = 0.5 * np.sum((reference / size) ** 2, axis=1)
+    # Rounding of operands, products and sums of n terms: at most (n + 4) units of |y| |z|, by Cauchy and Schwarz.
+    unit = (n_numbers + 8) * 2.0**-24 * 1.01
+    lengths = np.sqrt(np.sum((inputs / size) ** 2, axis=1))
+    longest = [float(np.sqrt(np.sum((weight / size) ** 2, axis=1)).max()) for weight in weights]
+    slack = unit * lengths[:, None] * np.array(longest)
+    reference_slack = unit * float(half_squares.max()) + 1e-30
+    threads = n_threads()
+    rows = max(2 * max_skip + 1, _BLOCK_BYTES // (12 * n_reference) - 2 * max_skip)
+    for begin in range(0, n_input, rows):
+        end = min(begin + rows, n_input)
+        first, last = max(0, begin - max_skip), min(n_input, end + max_skip)
+        here, after, before = (y[first:last] @ part.T for part in parts)
+        np.subtract(half_squares.astype(np.float32), here, out=here)
+        _kernels.joint_scores(
+            inputs, reference, max_skip, velocity, acceleration, n_neighbors,
+            here, after, before, np.ascontiguousarray(slack[first:last]), reference_slack,
+            first, begin, end, threads, out,
+        )  # fmt: skip
+    return out
+
+
+def conditional_scores(
+    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+) -> FloatArray:
+    """Score triples; see `retime.kernels.Backend`."""
+    nearest = nearest_poses(inputs, reference[:, : inputs.shape[1]], n_neighbors)
+    out = np.full((len(inputs), max_skip, max_skip), np.inf)
+    _kernels.conditional_scores(
+        inputs, reference, max_skip, velocity, acceleration, n_neighbors, nearest, n_threads(), out
+    )
+    return out
+
+
+def layered_path(
+    scores: FloatArray, positions: IntArray, frames: IntArray, memory_limit: int
+) -> tuple[IntArray, float] | None:
+    """Find the best path; see `retime.kernels.Backend`."""
+    found: tuple[NDArray[np.int64], float] | None = _kernels.layered_path(scores, positions, frames, memory_limit)
+    return found

@@ -1,0 +1,148 @@
+// The constrained shortest path, literally (the paper's Eq. 3 and 4).
+//
+//   c_1(0, j)     = 0
+//   c_p+1(j, k)   = min over a of  c_p(j - a, j) + f(j - a, j, k)
+//
+// A vertex (j, k) is kept as (k, b) with b = k - j. Invariant: after layer p, cost(k, b) is the least total of any path that
+// stands at frame k in position p, came there by a step b, and has met every anchor so far; inf where there is none. Ties go to the
+// smaller step a, read back from the end. Only frames from which the next anchor can still be met are kept (the band). The steps that
+// won are one byte each; where all of them would not fit in memory, costs are kept every so many layers and the layers
+// between two such checkpoints are swept again on the way back.
+
+#include "layered.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace retime {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+struct Band {
+    int64_t low, high;  // frames, both included
+    size_t size() const { return high < low ? 0 : static_cast<size_t>(high - low + 1); }
+};
+
+class Layers {
+  public:
+    Layers(const double* scores, size_t max_skip, const std::vector<Anchor>& anchors)
+        : scores_(scores), s_(static_cast<int64_t>(max_skip)), anchors_(anchors) {
+        bands_.resize(anchors.back().position + 1);
+        for (size_t span = 0; span + 1 < anchors.size(); ++span) {
+            const Anchor &from = anchors[span], &to = anchors[span + 1];
+            for (int64_t p = from.position; p <= to.position; ++p)
+                bands_[p] = {std::max(from.frame + (p - from.position), to.frame - s_ * (to.position - p)),
+                             std::min(from.frame + s_ * (p - from.position), to.frame - (to.position - p))};
+        }
+        for (const Band& band : bands_) widest_ = std::max(widest_, band.size());
+    }
+
+    int64_t last() const { return static_cast<int64_t>(bands_.size()) - 1; }
+    const Band& band(int64_t p) const { return bands_[p]; }
+    size_t widest() const { return widest_; }
+    size_t states(int64_t p) const { return bands_[p].size() * s_; }
+
+    void start(std::vector<double>& cost) const {
+        const Band& band = bands_[1];
+        cost.assign(states(1), kInf);
+        for (int64_t k = band.low; k <= band.high; ++k) {
+            const int64_t b = k - anchors_.front().frame;
+            if (b >= 1 && b <= s_) cost[(k - band.low) * s_ + b - 1] = 0.0;
+        }
+    }
+
+    // From layer p to p + 1. won: the step a of the best path into each (j, b), 0 where there is none.
+    RETIME_WIDE void advance(int64_t p, const std::vector<double>& cost, std::vector<double>& next, uint8_t* won) const {
+        const Band &here = bands_[p], &there = bands_[p + 1];
+        next.assign(there.size() * s_, kInf);
+        std::vector<double> best(s_);
+        std::vector<uint8_t> step(s_);
+        for (int64_t j = here.low; j <= here.high; ++j) {
+            const double* c = cost.data() + (j - here.low) * s_;
+            const double* f = scores_ + j * s_ * s_;
+            for (int64_t b = 0; b < s_; ++b) best[b] = kInf, step[b] = 0;
+            for (int64_t a = 0; a < s_; ++a) {
+                if (c[a] == kInf) continue;
+                for (int64_t b = 0; b < s_; ++b) {
+                    const double total = c[a] + f[a * s_ + b];
+                    const bool better = total < best[b];
+                    best[b] = better ? total : best[b];
+                    step[b] = better ? static_cast<uint8_t>(a + 1) : step[b];
+                }
+            }
+            for (int64_t b = 1; b <= s_; ++b) {
+                const int64_t k = j + b;
+                if (k >= there.low && k <= there.high) next[(k - there.low) * s_ + b - 1] = best[b - 1];
+            }
+            if (won) std::copy(step.begin(), step.end(), won + (j - here.low) * s_);
+        }
+    }
+
+  private:
+    const double* scores_;
+    int64_t s_;
+    const std::vector<Anchor>& anchors_;
+    std::vector<Band> bands_;
+    size_t widest_ = 0;
+};
+
+}  // namespace
+
+Path layered_path(const double* scores, size_t n_input, size_t max_skip, const std::vector<Anchor>& anchors, size_t memory_limit) {
+    (void)n_input;
+    Path path;
+    Layers layers(scores, max_skip, anchors);
+    const int64_t last = layers.last(), s = static_cast<int64_t>(max_skip);
+    if (last == 1) {
+        const int64_t step = anchors.back().frame - anchors.front().frame;
+        path.found = step >= 1 && step <= s;
+        if (path.found) path.frames = {anchors.front().frame, anchors.back().frame};
+        return path;
+    }
+    const size_t row = std::max<size_t>(1, layers.widest() * max_skip);
+    // All in one block where it fits; else blocks that balance the bytes of steps against the doubles of checkpoints.
+    int64_t block = last;
+    if (static_cast<double>(row) * static_cast<double>(last) > static_cast<double>(memory_limit))
+        block = std::max<int64_t>(1, static_cast<int64_t>(std::sqrt(8.0 * static_cast<double>(last))));
+
+    std::vector<std::vector<double>> checkpoints;
+    std::vector<double> cost, next;
+    layers.start(cost);
+    std::vector<uint8_t> won(row * static_cast<size_t>(block));
+    for (int64_t p = 1; p < last; ++p) {
+        if ((p - 1) % block == 0) checkpoints.push_back(cost);
+        layers.advance(p, cost, next, block == last ? won.data() + (p - 1) * row : nullptr);
+        cost.swap(next);
+    }
+    // At the end the band is one frame; the smaller last step wins a tie.
+    const int64_t end_step = std::min_element(cost.begin(), cost.begin() + s) - cost.begin() + 1;
+    path.total = cost[end_step - 1];
+    path.found = path.total < kInf;
+    if (!path.found) return path;
+
+    path.frames.assign(last + 1, 0);
+    path.frames[last] = anchors.back().frame;
+    int64_t k = anchors.back().frame, b = end_step, p = last;
+    path.frames[p - 1] = k - b;
+    for (int64_t part = static_cast<int64_t>(checkpoints.size()) - 1; part >= 0; --part) {
+        const int64_t first = 1 + part * block;
+        if (block != last) {
+            cost = checkpoints[part];
+            for (int64_t q = first; q < p; ++q) {
+                layers.advance(q, cost, next, won.data() + (q - first) * row);
+                cost.swap(next);
+            }
+        }
+        for (; p > first; --p) {
+            const int64_t j = k - b;
+            const uint8_t a = won[(p - 1 - first) * row + (j - layers.band(p - 1).low) * s + b - 1];
+            k = j, b = a;
+            path.frames[p - 2] = k - b;
+        }
+    }
+    return path;
+}
+
+}  // namespace retime

@@ -1,0 +1,67 @@
+// Python's door to the kernels: shapes are checked by the callers in retime.kernels.compiled.
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include "layered.hpp"
+#include "scores.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+using Floats = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Integers = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
+using Output = nb::ndarray<double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+
+retime::JointProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors) {
+    return {input.data(), reference.data(), input.shape(0), reference.shape(0), input.shape(1), max_skip, n_neighbors, velocity, acceleration};
+}
+
+std::vector<retime::Anchor> anchors_of(const Integers& positions, const Integers& frames) {
+    std::vector<retime::Anchor> anchors;
+    for (size_t i = 0; i < positions.shape(0); ++i) anchors.push_back({positions.data()[i], frames.data()[i]});
+    return anchors;
+}
+
+nb::object to_python(retime::Path&& path) {
+    if (!path.found) return nb::none();
+    auto* frames = new std::vector<int64_t>(std::move(path.frames));
+    nb::capsule owner(frames, [](void* p) noexcept { delete static_cast<std::vector<int64_t>*>(p); });
+    return nb::make_tuple(nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>(frames->data(), {frames->size()}, owner), path.total);
+}
+
+}  // namespace
+
+NB_MODULE(_kernels, m) {
+    m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
+
+    m.def("joint_scores",
+          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Floats here, Floats after,
+             Floats before, Doubles slack, double reference_slack, size_t first, size_t begin, size_t end, int n_threads, Output out) {
+              const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
+              const retime::Products products{here.data(), after.data(), before.data(), slack.data(), reference_slack, first, here.shape(0)};
+              nb::gil_scoped_release unlocked;
+              retime::joint_scores(p, products, begin, end, n_threads, out.data());
+          });
+
+    m.def("conditional_scores",
+          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Integers nearest, int n_threads,
+             Output out) {
+              const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
+              nb::gil_scoped_release unlocked;
+              retime::conditional_scores(p, nearest.data(), n_threads, out.data());
+          });
+
+    m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, size_t memory_limit) {
+        const auto anchors = anchors_of(positions, frames);
+        retime::Path path;
+        {
+            nb::gil_scoped_release unlocked;
+            path = retime::layered_path(scores.data(), scores.shape(0), scores.shape(1), anchors, memory_limit);
+        }
+        return to_python(std::move(path));
+    });
+}

@@ -1,0 +1,190 @@
+"""The kernels in NumPy: slower, always there, and the same answers to the last bit.
+
+Distances that end up in a score are summed in the order that the compiled kernels use: eight running sums over the
+vector, then a fixed tree. Products that only choose candidates may round as they like; a bound on their error makes sure that
+no neighbour is missed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from retime.kernels import FloatArray, IntArray
+
+_LANES = 8
+_BLOCK_NUMBERS = 4 << 20
+
+
+def squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Squared distances between rows (..., n), summed in the kernels' order."""
+    difference = a - b
+    n = difference.shape[-1]
+    square = np.zeros((*difference.shape[:-1], -(-n // _LANES) * _LANES))
+    np.multiply(difference, difference, out=square[..., :n])
+    lanes = np.zeros((*difference.shape[:-1], _LANES))
+    for start in range(0, square.shape[-1], _LANES):
+        lanes += square[..., start : start + _LANES]
+    s = [lanes[..., lane] for lane in range(_LANES)]
+    return np.asarray(((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])))
+
+
+def _candidates(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return pairs (query, row) that hold every query's nearest rows, sorted by query."""
+    half = 0.5 * np.sum(rows * rows, axis=1)
+    value = half - queries @ rows.T
+    kth = np.partition(value, n_neighbors - 1, axis=1)[:, n_neighbors - 1]
+    lengths = np.sqrt(np.sum(queries * queries, axis=1))
+    slack = (rows.shape[1] + 8) * 2.0**-52 * (lengths * math.sqrt(2 * half.max()) + half.max()) + 1e-300
+    found: tuple[np.ndarray, np.ndarray] = np.nonzero(value <= (kth + 2 * slack)[:, None])
+    return found
+
+
+def _mean_nearest(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> FloatArray:
+    """Mean distance from each query to its nearest rows."""
+    query, row = _candidates(queries, rows, n_neighbors)
+    distance = np.sqrt(squared_distances(queries[query], rows[row]))
+    order = np.lexsort((distance, query))
+    start = np.searchsorted(query, np.arange(len(queries)))
+    total = np.zeros(len(queries))
+    for neighbor in range(n_neighbors):
+        total += distance[order][start + neighbor]
+    return np.asarray(total / n_neighbors)
+
+
+def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> IntArray:
+    """Return the reference frames nearest in pose to each input frame, (n_input, n_neighbors), the earlier first in a tie."""
+    nearest = np.empty((len(inputs), n_neighbors), dtype=np.int64)
+    block = max(1, _BLOCK_NUMBERS // len(poses))
+    for begin in range(0, len(inputs), block):
+        part = inputs[begin : begin + block]
+        query, row = _candidates(part, poses, n_neighbors)
+        distance = squared_distances(part[query], poses[row])
+        order = np.lexsort((row, distance, query))
+        start = np.searchsorted(query, np.arange(len(part)))
+        for neighbor in range(n_neighbors):
+            nearest[begin : begin + len(part), neighbor] = row[order][start + neighbor]
+    return nearest
+
+
+def _triples(
+    inputs: FloatArray, a: int, b: int, velocity: float, acceleration: float
+) -> tuple[slice, FloatArray, FloatArray, FloatArray]:
+    """Return the middle frames of skips (a, b), and their poses, velocities and accelerations."""
+    n_input = len(inputs)
+    before, here, after = inputs[: n_input - a - b], inputs[a : n_input - b], inputs[a + b :]
+    return (
+        slice(a, n_input - b),
+        here,
+        (after - before) * velocity,
+        ((after - here) - (here - before)) * acceleration,
+    )
+
+
+def joint_scores(
+    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+) -> FloatArray:
+    """Score triples; see `retime.kernels.Backend`."""
+    out = np.full((len(inputs), max_skip, max_skip), np.inf)
+    block = max(1, _BLOCK_NUMBERS // len(reference))
+    for a in range(1, max_skip + 1):
+        for b in range(1, max_skip + 1):
+            if a + b >= len(inputs):
+                break
+            middle, *parts = _triples(inputs, a, b, velocity, acceleration)
+            queries = np.concatenate(parts, axis=1)
+            for begin in range(0, len(queries), block):
+                rows = slice(middle.start + begin, min(middle.start + begin + block, middle.stop))
+                out[rows, a - 1, b - 1] = _mean_nearest(queries[begin : begin + block], reference, n_neighbors)
+    return out
+
+
+def conditional_scores(
+    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+) -> FloatArray:
+    """Score triples; see `retime.kernels.Backend`."""
+    n_numbers = inputs.shape[1]
+    nearest = nearest_poses(inputs, reference[:, :n_numbers], n_neighbors)
+    moves = reference[:, n_numbers:]
+    out = np.full((len(inputs), max_skip, max_skip), np.inf)
+    for a in range(1, max_skip + 1):
+        for b in range(1, max_skip + 1):
+            if a + b >= len(inputs):
+                break
+            middle, _, speed, change = _triples(inputs, a, b, velocity, acceleration)
+            move = np.concatenate([speed, change], axis=1)
+            distance = np.sqrt(squared_distances(move[:, None], moves[nearest[middle]]))
+            distance.sort(axis=1)
+            total = np.zeros(len(move))
+            for neighbor in range(n_neighbors):
+                total += distance[:, neighbor]
+            out[middle, a - 1, b - 1] = total / n_neighbors
+    return out
+
+
+def layered_path(
+    scores: FloatArray, positions: IntArray, frames: IntArray, memory_limit: int
+) -> tuple[IntArray, float] | None:
+    """Find the best path; see `retime.kernels.Backend` and layered.cpp, whose recurrence this is."""
+    n_input, max_skip = scores.shape[:2]
+    last = int(positions[-1])
+    first_frame, last_frame = int(frames[0]), int(frames[-1])
+    anchors = dict(zip(positions.tolist(), frames.tolist(), strict=True))
+    if last == 1:
+        step = last_frame - first_frame
+        return (np.array([first_frame, last_frame], dtype=np.int64), 0.0) if 1 <= step <= max_skip else None
+    cost = np.full((n_input, max_skip), np.inf)
+    reach = min(max_skip, n_input - 1 - first_frame)
+    cost[first_frame + 1 : first_frame + 1 + reach][np.arange(reach), np.arange(reach)] = 0.0
+    _keep(cost, anchors.get(1))
+
+    row_bytes = n_input * max_skip
+    block = last if row_bytes * last <= memory_limit else max(1, math.isqrt(8 * last))
+    won = np.zeros((block, n_input, max_skip), dtype=np.uint8)
+    checkpoints: list[FloatArray] = []
+    for p in range(1, last):
+        if (p - 1) % block == 0:
+            checkpoints.append(cost)
+        cost = _advance(scores, cost, won[(p - 1) % block])
+        _keep(cost, anchors.get(p + 1))
+    step = int(np.argmin(cost[last_frame])) + 1
+    total = float(cost[last_frame, step - 1])
+    if not total < np.inf:
+        return None
+
+    path = np.empty(last + 1, dtype=np.int64)
+    path[last], path[last - 1] = last_frame, last_frame - step
+    p, k = last, last_frame
+    for part in reversed(range(len(checkpoints))):
+        start = 1 + part * block
+        if part < len(checkpoints) - 1:
+            cost = checkpoints[part]
+            for q in range(start, p):
+                cost = _advance(scores, cost, won[q - start])
+                _keep(cost, anchors.get(q + 1))
+        for q in range(p, start, -1):
+            j = k - step
+            step, k = int(won[q - 1 - start, j, step - 1]), j
+            path[q - 2] = k - step
+        p = start
+    return path, total
+
+
+def _keep(cost: FloatArray, frame: int | None) -> None:
+    """At an anchor's position only its frame is left."""
+    if frame is not None:
+        cost[:frame] = np.inf
+        cost[frame + 1 :] = np.inf
+
+
+def _advance(scores: FloatArray, cost: FloatArray, won: np.ndarray) -> FloatArray:
+    """One layer of Eq. 4; `won` gets the winning step before each (j, b)."""
+    totals = cost[:, :, None] + scores
+    best = np.argmin(totals, axis=1)
+    won[...] = best + 1
+    least = np.take_along_axis(totals, best[:, None, :], axis=1)[:, 0]
+    following = np.full_like(cost, np.inf)
+    for b in range(1, cost.shape[1] + 1):
+        following[b:, b - 1] = least[: len(least) - b, b - 1]
+    return following

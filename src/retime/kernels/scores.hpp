@@ -1,0 +1,34 @@
+#pragma once
+
+#include "kernels.hpp"
+
+namespace retime {
+
+// Arrays of the joint score; all row-major.
+struct JointProblem {
+    const double* input;      // (n_input, n_numbers) poses y
+    const double* reference;  // (n_reference, 3 * n_numbers) features [z, dz, ddz], already scaled
+    size_t n_input, n_reference, n_numbers;
+    size_t max_skip, n_neighbors;
+    double velocity, acceleration;  // factors of first and second differences
+};
+
+// Products that find candidates, in single precision, for input frames [first, first + n_rows) of the problem:
+//   half |y^ - z^|^2 = half |y^|^2 + here[j, l] - after[k, l] - before[i, l].
+struct Products {
+    const float* here;
+    const float* after;
+    const float* before;
+    const double* slack;  // (n_rows, 3): each frame's share, as here, after, before, of the error bound
+    double reference_slack;
+    size_t first, n_rows;
+};
+
+// Score the triples whose middle frame is in [begin, end) into out (n_input, max_skip, max_skip).
+void joint_scores(const JointProblem& problem, const Products& products, size_t begin, size_t end, int n_threads, double* out);
+
+// The conditional score: for every input frame the n_neighbors rows in `nearest` say how its pose should move.
+//   out[j, a, b] = mean over l in nearest[j] of | [dy, ddy] - [dz_l, ddz_l] |.
+void conditional_scores(const JointProblem& problem, const int64_t* nearest, int n_threads, double* out);
+
+}  // namespace retime
