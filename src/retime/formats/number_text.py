@@ -1,0 +1,205 @@
+"""Decimal numbers in text, read strictly.
+
+A number is ``[+-]digits[.digits][e[+-]digits]`` in ASCII digits; ``.5`` and ``5.`` count too. Python's
+parsers take more (``1_0``, ``nan``, the digits of other scripts), and some of NumPy's take two numbers run
+together for two. Here every token is one finite number, or an error says where it stands.
+
+`parse_table` is fast and answers None where anything is unusual. `parse_numbers` takes the same text, a line
+at a time, and names the first token at fault.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from retime.motion.rotation import FloatArray
+
+_UNSIGNED = rb"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_NUMBER = re.compile(rb"[+-]?" + _UNSIGNED)
+_RUN_TOGETHER = re.compile(rb"[+-]?" + _UNSIGNED + rb"(?:[+-]" + _UNSIGNED + rb")+")
+_WITH_COMMA = re.compile(rb"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?")
+_NOT_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity|[0-9]\.#\w+)", re.IGNORECASE)
+_COUNT = re.compile(rb"\+?[0-9]+")
+_TOKEN = re.compile(rb"[^ \t\r\n\v\f]+")
+_NUMBER_BYTES = b"0123456789+-.eE \t\r\n"
+
+
+class NumberTextError(ValueError):
+    """A token is not a number.
+
+    Attributes
+    ----------
+    problem : str
+        What was expected and what was found.
+    offset : int
+        The token's first byte in the text that was parsed.
+    index : int
+        How many tokens stand before it in that text.
+    """
+
+    def __init__(self, problem: str, *, offset: int = 0, index: int = 0) -> None:
+        self.problem = problem
+        self.offset = offset
+        self.index = index
+        super().__init__(problem)
+
+
+def show(token: bytes) -> str:
+    """Quote a piece of a file for a message: readable, on one line, no longer than 40 characters.
+
+    Examples
+    --------
+    >>> show(b"Hips")
+    "'Hips'"
+    """
+    text = token[:200].decode("utf-8", "backslashreplace")
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def parse_number(token: bytes, *, decimal_comma: bool = False) -> float:
+    """Parse one number.
+
+    Parameters
+    ----------
+    token : bytes
+        Text without white space.
+    decimal_comma : bool
+        Take ``0,5`` for 0.5.
+
+    Raises
+    ------
+    NumberTextError
+        Not a finite decimal number.
+
+    Examples
+    --------
+    >>> parse_number(b"-.5e1"), parse_number(b"0,5", decimal_comma=True)
+    (-5.0, 0.5)
+    """
+    plain = token.replace(b",", b".") if decimal_comma else token
+    if not _NUMBER.fullmatch(plain):
+        raise NumberTextError(_explain(token, decimal_comma))
+    value = float(plain)
+    if not math.isfinite(value):
+        raise NumberTextError(f"expected a finite number, found {show(token)}, which is too large for one")
+    return value
+
+
+def _explain(token: bytes, decimal_comma: bool) -> str:
+    if _NOT_FINITE.fullmatch(token):
+        return f"expected a finite number, found {show(token)}"
+    plain = token.replace(b",", b".") if decimal_comma else token
+    if _RUN_TOGETHER.fullmatch(plain):
+        first = _NUMBER.match(plain)
+        assert first is not None
+        rest = token[first.end() :]
+        return f"numbers run together in {show(token)}: expected white space before {show(rest)}"
+    if not decimal_comma and _WITH_COMMA.fullmatch(token):
+        return (
+            f"expected a number, found {show(token)}; if this file writes decimals with a comma, "
+            "say so (--decimal-comma, decimal_comma=True)"
+        )
+    digits = "" if token.isascii() else " in the digits 0-9"
+    return f"expected a number{digits}, found {show(token)}"
+
+
+def parse_count(token: bytes) -> int:
+    """Parse a count: a whole number in plain digits, not negative.
+
+    More than 18 digits come back as 10**18: nothing holds as many, and the caller's limit refuses it.
+
+    Raises
+    ------
+    NumberTextError
+        Anything else.
+
+    Examples
+    --------
+    >>> parse_count(b"120")
+    120
+    """
+    if not _COUNT.fullmatch(token):
+        raise NumberTextError(f"expected a whole number of 0 or more, found {show(token)}")
+    digits = token.lstrip(b"+0") or b"0"
+    return 10**18 if len(digits) > 18 else int(digits)
+
+
+def parse_numbers(text: bytes, *, decimal_comma: bool = False) -> list[float]:
+    """Parse numbers with white space between them: a line, or several.
+
+    Raises
+    ------
+    NumberTextError
+        For the first token that is not a number, with its `offset` in the text and its `index`.
+
+    Examples
+    --------
+    >>> parse_numbers(b"1 -.5 2e3")
+    [1.0, -0.5, 2000.0]
+    """
+    plain = text.replace(b",", b".") if decimal_comma else text
+    if not plain.translate(None, _NUMBER_BYTES):
+        # With these characters alone float() takes exactly the grammar above, and it rounds correctly.
+        try:
+            values = list(map(float, plain.split()))
+        except ValueError:
+            values = [math.nan]
+        if all(map(math.isfinite, values)):
+            return values
+    values = []
+    for match in _TOKEN.finditer(text):
+        try:
+            values.append(parse_number(match[0], decimal_comma=decimal_comma))
+        except NumberTextError as error:
+            raise NumberTextError(error.problem, offset=match.start(), index=len(values)) from None
+    return values
+
+
+def parse_table(text: bytes, *, decimal_comma: bool = False) -> FloatArray | None:
+    r"""Parse lines that hold the same count of numbers each, fast; blank lines don't count.
+
+    The memory used is some ten times the text's, so a large file is best parsed in pieces cut at line ends.
+
+    Returns
+    -------
+    float array, shape (n_lines, n_columns), or None
+        None where the counts differ, where there is no line, or where a token is not a finite number:
+        `parse_numbers` on one line after another then says where.
+
+    Examples
+    --------
+    >>> parse_table(b"1 2.5\n-3 4\n")
+    array([[ 1. ,  2.5],
+           [-3. ,  4. ]])
+    >>> parse_table(b"1 2.5-3 4\n") is None
+    True
+    """
+    if decimal_comma:
+        text = text.replace(b",", b".")
+    if text.translate(None, _NUMBER_BYTES) or not text or text.isspace():
+        return None
+    try:
+        # With these characters alone loadtxt takes the grammar above, whole tokens only, rounded correctly.
+        table = np.loadtxt(text.decode("ascii").splitlines(), dtype=np.float64, ndmin=2)
+    except ValueError:
+        return None
+    return table if np.isfinite(table).all() else None
+
+
+def line_and_column(data: bytes, offset: int) -> tuple[int, int]:
+    r"""Find the line and column, both from 1, of the byte at `offset`.
+
+    Lines end in LF, CR or CRLF; columns count characters.
+
+    Examples
+    --------
+    >>> line_and_column(b"one\r\ntwo three", 9)
+    (2, 5)
+    """
+    crlf = data.count(b"\r\n", 0, offset)
+    line = 1 + data.count(b"\n", 0, offset) + data.count(b"\r", 0, offset) - crlf
+    start = 1 + max(data.rfind(b"\n", 0, offset), data.rfind(b"\r", 0, offset))
+    return line, len(data[start:offset].decode("utf-8", "replace")) + 1
