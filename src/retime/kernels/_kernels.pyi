@@ -1,6 +1,7 @@
-from retime.kernels import FloatArray, IntArray
 import numpy as np
 from numpy.typing import NDArray
+
+from retime.kernels import FloatArray, IntArray
 
 def joint_scores(
     input: FloatArray,

@@ -26,7 +26,12 @@ def n_threads() -> int:
 
 
 def joint_scores(
-    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+    inputs: FloatArray,
+    reference: FloatArray,
+    max_skip: int,
+    velocity: float,
+    acceleration: float,
+    n_neighbors: int,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     n_input, n_numbers = inputs.shape
@@ -66,7 +71,12 @@ def joint_scores(
 
 
 def conditional_scores(
-    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+    inputs: FloatArray,
+    reference: FloatArray,
+    max_skip: int,
+    velocity: float,
+    acceleration: float,
+    n_neighbors: int,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     nearest = nearest_poses(inputs, reference[:, : inputs.shape[1]], n_neighbors)

@@ -1,8 +1,8 @@
 """The kernels in NumPy: slower, always there, and the same answers to the last bit.
 
 Distances that end up in a score are summed in the order that the compiled kernels use: eight running sums over the
-vector, then a fixed tree. Products that only choose candidates may round as they like; a bound on their error makes sure that
-no neighbour is missed.
+vector, then a fixed tree. Products that only choose candidates may round as they like; a bound on their error makes
+sure that no neighbour is missed.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def _candidates(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> tupl
     kth = np.partition(value, n_neighbors - 1, axis=1)[:, n_neighbors - 1]
     lengths = np.sqrt(np.sum(queries * queries, axis=1))
     slack = (rows.shape[1] + 8) * 2.0**-52 * (lengths * math.sqrt(2 * half.max()) + half.max()) + 1e-300
-    found: tuple[np.ndarray, np.ndarray] = np.nonzero(value <= (kth + 2 * slack)[:, None])
-    return found
+    query, row = np.nonzero(value <= (kth + 2 * slack)[:, None])
+    return query, row
 
 
 def _mean_nearest(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> FloatArray:
@@ -54,7 +54,7 @@ def _mean_nearest(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> Fl
 
 
 def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> IntArray:
-    """Return the reference frames nearest in pose to each input frame, (n_input, n_neighbors), the earlier first in a tie."""
+    """Return the reference frames nearest in pose to each input frame, (n_input, n_neighbors); ties to the earlier."""
     nearest = np.empty((len(inputs), n_neighbors), dtype=np.int64)
     block = max(1, _BLOCK_NUMBERS // len(poses))
     for begin in range(0, len(inputs), block):
@@ -83,7 +83,12 @@ def _triples(
 
 
 def joint_scores(
-    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+    inputs: FloatArray,
+    reference: FloatArray,
+    max_skip: int,
+    velocity: float,
+    acceleration: float,
+    n_neighbors: int,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     out = np.full((len(inputs), max_skip, max_skip), np.inf)
@@ -101,7 +106,12 @@ def joint_scores(
 
 
 def conditional_scores(
-    inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float, n_neighbors: int
+    inputs: FloatArray,
+    reference: FloatArray,
+    max_skip: int,
+    velocity: float,
+    acceleration: float,
+    n_neighbors: int,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     n_numbers = inputs.shape[1]

@@ -123,7 +123,7 @@ class Warp:
 
     def __call__(self, output_times: ArrayLike) -> FloatArray:
         """Return the input time (seconds) shown at each output time (seconds); held at the ends outside."""
-        return np.asarray(np.interp(output_times, self.output_times, self.input_times))
+        return np.asarray(np.interp(np.asarray(output_times, dtype=np.float64), self.output_times, self.input_times))
 
     def speed(self, output_times: ArrayLike) -> FloatArray:
         """Return the playback speed at each output time; at a knot, that of the piece after it."""
@@ -171,10 +171,10 @@ class Warp:
     def smooth(self, window: float, *, at: ArrayLike | None = None) -> Warp:
         """Average the warp over a moving window, and keep its ends and keytimes exactly (§3.4).
 
-        The mean of the warp over `window` seconds of output around each time. Beyond its ends the warp is continued by
-        point reflection, so the ends stay; near a keytime inside the window shrinks, so the keytime stays. A window that
-        grows or shrinks no faster than time passes keeps a monotone warp monotone: between neighbouring times it
-        gains only later values, or loses only earlier ones.
+        The mean of the warp over `window` seconds of output around each time. Beyond its ends the warp is continued
+        by point reflection, so the ends stay; near a keytime inside the window shrinks, so the keytime stays. A
+        window that grows or shrinks no faster than time passes keeps a monotone warp monotone: between neighbouring
+        times it gains only later values, or loses only earlier ones.
 
         Parameters
         ----------

@@ -29,8 +29,8 @@ def pose_vectors(motion: Motion | Signal, space: str | None = None) -> FloatArra
         What moves.
     space : {"torso", "heading", "signal"}, optional
         ``torso``: positions of all joints but the root in the root's space (the paper's). ``heading``: positions of
-        all joints with ground position and turn removed, height and tilt kept. ``signal``: the columns themselves, each
-        divided by its standard deviation. Left out: ``torso`` for a motion, ``signal`` for a signal.
+        all joints with ground position and turn removed, height and tilt kept. ``signal``: the columns themselves,
+        each divided by its standard deviation. Left out: ``torso`` for a motion, ``signal`` for a signal.
 
     Returns
     -------
@@ -48,7 +48,9 @@ def pose_vectors(motion: Motion | Signal, space: str | None = None) -> FloatArra
         raise OptionError(f"features must be one of {', '.join(POSE_SPACES)}; found {space!r}")
     if isinstance(motion, Signal):
         if space != "signal":
-            raise OptionError(f"{motion.name or 'the signal'} has no skeleton: its features are 'signal', not {space!r}")
+            raise OptionError(
+                f"{motion.name or 'the signal'} has no skeleton: its features are 'signal', not {space!r}"
+            )
         return motion.values
     if space == "signal":
         raise OptionError(f"{motion.name or 'the motion'} has a skeleton: its features are 'torso' or 'heading'")
@@ -86,15 +88,17 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
     out = taps[reach] * vectors
     n_frames = len(vectors)
     for lag in range(1, reach + 1):
-        out += taps[reach + lag] * (wide[reach - lag : reach - lag + n_frames] + wide[reach + lag : reach + lag + n_frames])
+        out += taps[reach + lag] * (
+            wide[reach - lag : reach - lag + n_frames] + wide[reach + lag : reach + lag + n_frames]
+        )
     return np.asarray(out)
 
 
 def sample(vectors: FloatArray, rate: Fraction, input_times: ArrayLike) -> FloatArray:
     """Read pose vectors between frames, by a cubic through the two frames to either side.
 
-    A straight line would put corners, false accelerations, into an input that is upsampled (§3.1). At a frame the value is
-    that frame's, bit for bit.
+    A straight line would put corners, false accelerations, into an input that is upsampled (§3.1). At a frame the
+    value is that frame's, bit for bit.
 
     Parameters
     ----------
@@ -108,7 +112,7 @@ def sample(vectors: FloatArray, rate: Fraction, input_times: ArrayLike) -> Float
     float array, shape (n, n_numbers)
     """
     before, after, fraction = frame_positions(input_times, rate, len(vectors))
-    out = vectors[before]
+    out: FloatArray = vectors[before]
     between = np.flatnonzero(fraction)
     if not len(between):
         return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -51,8 +52,8 @@ def shortest_path(
 ) -> FramePath:
     """Select the input frames whose warp has the lowest total score (§3.3, Eq. 3 and 4), exactly.
 
-    Ties go to the smaller skip, read back from the end: among all best paths this is the one whose last step is smallest, then
-    the step before it, and so on.
+    Ties go to the smaller skip, read back from the end: among all best paths this is the one whose last step is
+    smallest, then the step before it, and so on.
 
     Parameters
     ----------
@@ -114,21 +115,22 @@ def check_feasible(anchors: Sequence[tuple[int, int]], max_skip: int) -> None:
 
     ``n_output - 1 <= n_input - 1 <= max_skip (n_output - 1)`` must hold in each span.
     """
-    for span, ((p0, j0), (p1, j1)) in enumerate(zip(anchors[:-1], anchors[1:], strict=True)):
+    for span, ((p0, j0), (p1, j1)) in enumerate(itertools.pairwise(anchors)):
         n_output, n_input = p1 - p0 + 1, j1 - j0 + 1
         least = -(-(n_input - 1) // max_skip) + 1
         if p1 > p0 and n_output <= n_input and n_output >= least:
             continue
         if p1 <= p0 or n_input < 2:
             raise InfeasibleWarpError(
-                f"output positions and input frames of anchors must both increase: ({p0}, {j0}) is followed by ({p1}, {j1})",
+                f"output positions and input frames of anchors must both increase: ({p0}, {j0}) is followed by "
+                f"({p1}, {j1})",
                 span=span,
             )
         need = -(-(n_input - 1) // (n_output - 1))
         remedy = (
             f"Use at least {least} frames, or max_skip >= {need}."
             if n_output < least
-            else f"Use at most {n_input} frames, or upsample the input by {-(-(n_output - 1) // (n_input - 1))} or more."
+            else f"Use at most {n_input} frames, or upsample by {-(-(n_output - 1) // (n_input - 1))} or more."
         )
         raise InfeasibleWarpError(
             f"cannot fit input frames {j0}–{j1} into {n_output} output frames: max_skip={max_skip} allows {least} to "

@@ -28,8 +28,8 @@ def triple_scores(
 ) -> FloatArray:
     """Score every triple of input frames against a reference (Eq. 2, the paper's joint score).
 
-    The mean Euclidean distance from the triple's feature vector to the `n_neighbors` nearest of the reference; exact, and
-    the same bits from every backend.
+    The mean Euclidean distance from the triple's feature vector to the `n_neighbors` nearest of the reference;
+    exact, and the same bits from every backend.
 
     Parameters
     ----------
@@ -95,4 +95,4 @@ def check_reference(n_reference: int, n_neighbors: int) -> None:
 def path_scores(scores: FloatArray, path: np.ndarray) -> FloatArray:
     """Return the score of each inner frame of a path, shape (n_output - 2,); their sum is the objective (Eq. 1)."""
     steps = np.diff(path)
-    return scores[path[1:-1], steps[:-1] - 1, steps[1:] - 1]
+    return np.asarray(scores[path[1:-1], steps[:-1] - 1, steps[1:] - 1])

@@ -1,0 +1,114 @@
+"""Guided time warping for motion editing: new timing for a motion, its poses untouched.
+
+Read and write
+    `read`, `write`, `read_warp`, `write_warp`, `Limits`
+What moves
+    `Motion`, `Signal`, `Skeleton`, `EndSite`
+Find a warp
+    `guided_warp` (the one call most people need), `GuidedWarp`, `linear_warp`, `spline_warp`, `Keytime`
+Use a warp
+    `Warp`, `apply_warp`
+Look at it
+    `plot_warps` (needs the extra ``plot``)
+When something is wrong
+    `RetimeError` and its children, `RetimeWarning`; see `retime.errors`
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from retime.errors import (
+        FormatError,
+        FormatWarning,
+        InfeasibleWarpError,
+        InvalidMotionError,
+        MissingExtraError,
+        OptionError,
+        OutputExistsError,
+        RetimeError,
+        RetimeWarning,
+    )
+    from retime.evaluate.plot import plot_warps
+    from retime.formats.options import Limits
+    from retime.formats.registry import read, write
+    from retime.formats.warp_file import read_warp, write_warp
+    from retime.motion.motion import Motion
+    from retime.motion.signal import Signal
+    from retime.motion.skeleton import EndSite, Skeleton
+    from retime.warp.apply import apply_warp
+    from retime.warp.curve import Keytime, Warp
+    from retime.warp.guided import GuidedWarp, guided_warp
+    from retime.warp.spline import linear_warp, spline_warp
+
+# Imported when first used: `retime info` should not wait for the search, nor the search for the plots.
+_HOMES = {
+    "FormatError": "retime.errors",
+    "FormatWarning": "retime.errors",
+    "InfeasibleWarpError": "retime.errors",
+    "InvalidMotionError": "retime.errors",
+    "MissingExtraError": "retime.errors",
+    "OptionError": "retime.errors",
+    "OutputExistsError": "retime.errors",
+    "RetimeError": "retime.errors",
+    "RetimeWarning": "retime.errors",
+    "plot_warps": "retime.evaluate.plot",
+    "Limits": "retime.formats.options",
+    "read": "retime.formats.registry",
+    "write": "retime.formats.registry",
+    "read_warp": "retime.formats.warp_file",
+    "write_warp": "retime.formats.warp_file",
+    "Motion": "retime.motion.motion",
+    "Signal": "retime.motion.signal",
+    "EndSite": "retime.motion.skeleton",
+    "Skeleton": "retime.motion.skeleton",
+    "apply_warp": "retime.warp.apply",
+    "Keytime": "retime.warp.curve",
+    "Warp": "retime.warp.curve",
+    "GuidedWarp": "retime.warp.guided",
+    "guided_warp": "retime.warp.guided",
+    "linear_warp": "retime.warp.spline",
+    "spline_warp": "retime.warp.spline",
+}
+
+__version__ = "0.1.0"
+__all__ = [
+    "EndSite",
+    "FormatError",
+    "FormatWarning",
+    "GuidedWarp",
+    "InfeasibleWarpError",
+    "InvalidMotionError",
+    "Keytime",
+    "Limits",
+    "MissingExtraError",
+    "Motion",
+    "OptionError",
+    "OutputExistsError",
+    "RetimeError",
+    "RetimeWarning",
+    "Signal",
+    "Skeleton",
+    "Warp",
+    "apply_warp",
+    "guided_warp",
+    "linear_warp",
+    "plot_warps",
+    "read",
+    "read_warp",
+    "spline_warp",
+    "write",
+    "write_warp",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(importlib.import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'retime' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

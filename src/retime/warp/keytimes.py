@@ -1,0 +1,178 @@
+"""Keytimes, spans, and the reduction of any warp to compression (§3.1).
+
+The search only ever selects frames of an increasing sequence. What it is offered is the input unrolled along its
+keytimes: upsampled, so that a step below `upsample` plays slower than life; backwards where a span runs backward;
+one frame repeated where a span holds. One search then meets all keytimes at once.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from retime.errors import InfeasibleWarpError, OptionError
+from retime.kernels import FloatArray, IntArray
+from retime.warp.curve import Keytime, Warp
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A warp's search, reduced to selecting frames.
+
+    Attributes
+    ----------
+    keytimes : tuple of Keytime
+        In output order, ends included.
+    positions : tuple of int
+        Each keytime's output frame, at the analysis rate.
+    frames : tuple of int
+        Each keytime's place in the unrolled input.
+    input_times : float array, shape (n_input,)
+        Input time of every unrolled frame, seconds.
+    rate : float
+        Analysis rate, Hz.
+    upsample : int
+        Unrolled frames per analysis period: a step of `upsample` is unit speed.
+    """
+
+    keytimes: tuple[Keytime, ...]
+    positions: tuple[int, ...]
+    frames: tuple[int, ...]
+    input_times: FloatArray
+    rate: float
+    upsample: int
+
+    @property
+    def n_input(self) -> int:
+        """Frames offered to the search."""
+        return len(self.input_times)
+
+    @property
+    def n_output(self) -> int:
+        """Frames to select."""
+        return self.positions[-1] + 1
+
+    @property
+    def anchors(self) -> tuple[tuple[int, int], ...]:
+        """Pairs (output position, unrolled frame) that the path must pass."""
+        return tuple(zip(self.positions, self.frames, strict=True))
+
+
+def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytime, ...]:
+    """Put keytimes in output order; refuse any that no warp of this input can meet.
+
+    Raises
+    ------
+    InfeasibleWarpError
+        Fewer than two, two at one output time, or one outside the input.
+    """
+    ordered = tuple(sorted(keytimes))
+    if len(ordered) < 2:
+        raise InfeasibleWarpError("a warp needs at least two keytimes, its ends")
+    for span, (before, after) in enumerate(itertools.pairwise(ordered)):
+        if not after.output_time > before.output_time:
+            raise InfeasibleWarpError(
+                f"two keytimes stand at output time {after.output_time:g} s (input times {before.input_time:g} s and "
+                f"{after.input_time:g} s): move or delete one",
+                span=span,
+            )
+    for key in ordered:
+        if not (math.isfinite(key.output_time) and -1e-9 <= key.input_time <= duration + 1e-9):
+            raise InfeasibleWarpError(
+                f"the keytime at output time {key.output_time:g} s asks for input time {key.input_time:g} s, but the "
+                f"input runs from 0 to {duration:g} s"
+            )
+    return ordered
+
+
+def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate: float, upsample: int = 1) -> Reduction:
+    """Unroll the input along its keytimes at the analysis rate (§3.1).
+
+    Keytimes are moved to the nearest analysis frame for the search, by at most half a period; `knots_of_path` puts
+    them back.
+
+    Parameters
+    ----------
+    keytimes : sequence of Keytime
+        Ends included. Equal input times hold, decreasing ones run backward.
+    duration : float
+        Seconds from the first input frame to the last.
+    rate : float
+        Analysis rate, Hz.
+    upsample : int
+        Unrolled frames per analysis period.
+
+    Raises
+    ------
+    InfeasibleWarpError
+        The keytimes contradict each other, or stand closer than an analysis period.
+    OptionError
+        `upsample` below 1.
+    """
+    if upsample < 1:
+        raise OptionError(f"upsample must be at least 1, found {upsample}")
+    ordered = check_keytimes(keytimes, duration)
+    start = ordered[0].output_time
+    positions = [round((key.output_time - start) * rate) for key in ordered]
+    grid = rate * upsample
+    places = [round(key.input_time * grid) for key in ordered]
+    frames = [0]
+    unrolled = [np.array([places[0]])]
+    for span in range(len(ordered) - 1):
+        n_steps = positions[span + 1] - positions[span]
+        if n_steps < 1:
+            raise InfeasibleWarpError(
+                f"the keytimes at output times {ordered[span].output_time:g} s and "
+                f"{ordered[span + 1].output_time:g} s are closer than one frame at the analysis rate of {rate:g} Hz: "
+                "move them apart, or raise the rate",
+                span=span,
+            )
+        change = places[span + 1] - places[span]
+        if change == 0:
+            unrolled.append(np.full(n_steps, places[span]))
+        else:
+            unrolled.append(places[span] + np.sign(change) * np.arange(1, abs(change) + 1))
+        frames.append(frames[-1] + len(unrolled[-1]))
+    input_times = np.clip(np.concatenate(unrolled) / grid, 0.0, duration)
+    return Reduction(ordered, tuple(positions), tuple(frames), input_times, rate, upsample)
+
+
+def knots_of_path(reduction: Reduction, path: IntArray) -> Warp:
+    """Turn a frame path into the polyline through its frames, meeting every keytime exactly.
+
+    Ends and keytimes rarely fall on analysis frames. In each span the rest, at most one period, goes to the steps
+    that do not play at unit speed anyway, so that what the search kept at unit speed stays there; where there are
+    too few of those, to all.
+    """
+    output_times: list[FloatArray] = [np.array([reduction.keytimes[0].output_time])]
+    input_times: list[FloatArray] = [np.array([reduction.keytimes[0].input_time])]
+    period = 1.0 / reduction.rate
+    for span in range(len(reduction.keytimes) - 1):
+        before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
+        steps = np.diff(path[reduction.positions[span] : reduction.positions[span + 1] + 1]).astype(np.float64)
+        free = steps != reduction.upsample
+        wanted = after.output_time - before.output_time
+        spacing = _stretch(np.full(len(steps), period), wanted, free)
+        output_times.append(before.output_time + np.cumsum(spacing))
+        change = after.input_time - before.input_time
+        sign = math.copysign(1.0, change)
+        held = reduction.frames[span + 1] - reduction.frames[span] == len(steps) and change == 0
+        moved = (
+            np.zeros(len(steps)) if held else sign * _stretch(steps * period / reduction.upsample, abs(change), free)
+        )
+        input_times.append(before.input_time + np.cumsum(moved))
+        output_times[-1][-1], input_times[-1][-1] = after.output_time, after.input_time
+    return Warp(np.concatenate(output_times), np.concatenate(input_times), reduction.keytimes, method="guided")
+
+
+def _stretch(lengths: FloatArray, total: float, free: np.ndarray) -> FloatArray:
+    """Change lengths so that they add up to `total`: the free ones, unless by more than a quarter."""
+    rest = total - lengths.sum()
+    loose = lengths[free].sum()
+    if loose > 0 and abs(rest) <= loose / 4:
+        return np.where(free, lengths * (1 + rest / loose), lengths)
+    return np.asarray(lengths * (total / lengths.sum()))
