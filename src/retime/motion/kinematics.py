@@ -120,3 +120,63 @@ def heading_positions(poses: GlobalPoses) -> FloatArray:
     ground = poses.positions[:, :1] * np.array([1.0, 0.0, 1.0])
     turn = rotation.conjugate(heading_rotations(poses))[:, None]
     return rotation.rotate(turn, poses.positions - ground)
+
+
+GRAVITY = 9.81
+"""Metres per second squared."""
+
+
+def metres_per_unit(motion: Motion) -> float:
+    """Length of one unit in metres: the file's own statement, else a guess.
+
+    The guess takes the rest skeleton for a person of 1.7 m. It serves for thresholds, not for measurements.
+    """
+    if motion.metres_per_unit is not None:
+        return motion.metres_per_unit
+    rest = np.zeros((motion.skeleton.n_joints, 3))
+    for joint, parent in enumerate(motion.skeleton.parents):
+        if parent >= 0:
+            rest[joint] = rest[parent] + motion.skeleton.offsets[joint]
+    ends = [rest[site.parent] + np.array(site.offset) for site in motion.skeleton.end_sites]
+    # A rest pose may lie along any axis; its longest extent is the height, or the span of the arms, which is about that.
+    extent = float(np.ptp(np.vstack([rest, *ends]), axis=0).max())
+    return 1.7 / extent if extent > 0 else 1.0
+
+
+def flights(motion: Motion, *, clearance: float = 0.04, minimum: float = 0.1) -> list[tuple[int, int]]:
+    """Find the flights of jumps: stretches in which the body falls freely and touches nothing.
+
+    In flight the lowest joint is off the ground, and the mean height of the joints accelerates downward at more than half of
+    gravity, averaged over the stretch.
+
+    Parameters
+    ----------
+    motion : Motion
+        Y up; `metres_per_unit` gives its size.
+    clearance : float
+        Metres by which the lowest joint or end site must be above the ground, which is the height that the lowest point has
+        in a tenth of the frames or less.
+    minimum : float
+        Shortest flight, seconds.
+
+    Returns
+    -------
+    list of (int, int)
+        First and last frame of each flight, counted from 0.
+    """
+    scale = metres_per_unit(motion)
+    poses = global_poses(motion)
+    heights = np.concatenate([poses.positions[:, :, 1], poses.end_positions[:, :, 1]], axis=1) * scale
+    lowest = heights.min(axis=1)
+    free = lowest - np.quantile(lowest, 0.1) > clearance
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
+    rate = float(motion.rate)
+    found = []
+    for start, stop in edges.reshape(-1, 2):
+        if stop - start < max(4, minimum * rate):
+            continue
+        times = np.arange(stop - start) / rate
+        acceleration = 2 * np.polyfit(times, poses.positions[start:stop, :, 1].mean(axis=1) * scale, 2)[0]
+        if acceleration < -GRAVITY / 2:
+            found.append((int(start), int(stop) - 1))
+    return found
