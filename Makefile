@@ -1,0 +1,90 @@
+# Everything runs in an environment of its own, .venv, made from the locked requirements/dev.txt.
+# Needs make and Python 3.11 or newer (PYTHON=... names one). A C++20 compiler is used where there is one.
+
+PYTHON ?= $(shell for python in python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	"$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo "$$python"; break; }; done)
+VENV := .venv
+PY := $(VENV)/bin/python
+PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(PY) -m pip
+
+# One stamp for each way that the environment can go stale: "make test" twice installs once.
+MADE := $(VENV)/.made
+LOCKED := $(VENV)/.locked
+BENCH := $(VENV)/.bench
+INSTALLED := $(VENV)/.installed
+VENV_WORKS := $(shell $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo yes)
+KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
+
+.PHONY: help install demo test check format lint types docs bench lock clean FORCE
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+help:  ## Say what there is to make
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+install: $(INSTALLED)  ## Set up .venv with retime in it, editable; build its kernels again where they changed
+
+demo: $(INSTALLED)  ## Retime the sample clip into out/demo
+	$(VENV)/bin/retime demo --out out/demo
+
+test: $(INSTALLED)  ## Run the tests, and the examples in docstrings and docs
+	$(PY) -m pytest
+
+check: format lint types test  ## Run everything that must pass before a change lands
+
+format: $(LOCKED)
+	$(PY) -m ruff format --check
+
+lint: $(LOCKED)
+	$(PY) -m ruff check
+
+types: $(LOCKED)
+	$(PY) -m mypy
+
+docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
+	set -e; for script in tools/make_*.py; do $(PY) $$script; done
+
+bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py
+	set -e; for script in benchmarks/bench_*.py; do $(PY) $$script; done
+
+# --universal: one file for every Python and system. No address of a registry: pip finds the files where its user says.
+UV_LOCK = $(PY) -m uv pip compile pyproject.toml --quiet $(UPGRADE) --universal --python-version 3.11 --generate-hashes \
+	--only-binary :all: --no-emit-index-url --no-emit-find-links --custom-compile-command 'make lock'
+
+lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the newest releases)
+	$(PIP) install --quiet uv
+	$(UV_LOCK) --extra plot --group dev --output-file requirements/dev.txt
+	$(UV_LOCK) --group bench --constraints requirements/dev.txt --output-file requirements/bench.txt
+
+clean:  ## Remove all that was made, .venv too
+	rm -rf $(VENV) build dist out .mypy_cache .ruff_cache .pytest_cache .hypothesis
+
+# A checkout that was moved, or whose Python is gone, has a .venv that does not run: make it anew.
+ifeq ($(VENV_WORKS),yes)
+$(MADE):
+	@touch $@
+else
+$(MADE): FORCE
+	@test -n "$(PYTHON)" || { echo "retime needs Python 3.11 or newer, and found none: make PYTHON=/path/to/python ..." >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+endif
+
+$(LOCKED): requirements/dev.txt $(MADE)
+	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements/dev.txt
+	@touch $@
+
+$(BENCH): requirements/bench.txt $(LOCKED)
+	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements/bench.txt
+	@touch $@
+
+# Without a compiler the NumPy backend alone is installed. Where one works, a kernel that fails to build is an error:
+# otherwise the tests would pass on the backend that was not meant.
+$(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
+	@headers=$$($(PY) -c 'import sysconfig; print(sysconfig.get_path("include"))'); \
+	if printf '#include <Python.h>\n#include <thread>\nint main() {}\n' | \
+		$${CXX:-c++} -std=c++20 -I"$$headers" -x c++ - -o $(VENV)/.compiles 2>/dev/null; \
+	then export RETIME_REQUIRE_KERNELS=1; echo "Building the C++ kernels"; \
+	else echo "Found no C++20 compiler with Python's headers: installing the NumPy backend alone"; fi; \
+	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@

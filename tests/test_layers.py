@@ -1,0 +1,169 @@
+"""Who may import whom.
+
+A part of retime imports only what stands below it. Imports inside functions count too: they are as much of a
+dependency, only later.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "src" / "retime"
+
+# For each part, the other parts that it may import. `errors` is for all. The package itself (retime/__init__.py) is the
+# table of contents and may name everything.
+MAY_IMPORT = {
+    "errors": set(),
+    "motion": set(),
+    "kernels": set(),
+    "warp": {"motion", "kernels"},
+    # A saved warp is a file too; its value is all that formats may know of the search.
+    "formats": {"motion", "warp.curve"},
+    "media": {"motion", "warp", "formats"},
+    "evaluate": {"motion", "warp", "formats"},
+    "project": {"motion", "warp", "formats"},
+    "cli": {"motion", "warp", "formats", "kernels", "media", "evaluate", "project"},
+    "server": {"motion", "warp", "formats", "media", "evaluate", "project"},
+    "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
+}
+
+
+@dataclass(frozen=True)
+class Import:
+    """One import statement: where it stands and the module of retime that it names."""
+
+    path: Path
+    line: int
+    module: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}: imports {self.module}"
+
+
+def imports_of(path: Path, root: Path) -> list[Import]:
+    """Find the modules of retime that a file imports, `root` being the folder of the package."""
+    package = [root.name, *path.relative_to(root).parent.parts]
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            module = ".".join([*base, *([node.module] if node.module else [])])
+            # "from retime.motion import rotation" names retime.motion.rotation where that is a module.
+            found += [(node.lineno, _module_named(root, module, alias.name)) for alias in node.names]
+    return [Import(path, line, module) for line, module in found if module.split(".")[0] == root.name]
+
+
+def _module_named(root: Path, module: str, name: str) -> str:
+    inner = root.joinpath(*module.split(".")[1:], name)
+    return f"{module}.{name}" if inner.is_dir() or inner.with_suffix(".py").is_file() else module
+
+
+def part_of(path: Path, root: Path) -> str:
+    """Name the part that a file belongs to: its folder or, at the top, the module itself."""
+    return path.relative_to(root).parts[0].removesuffix(".py")
+
+
+def broken_rules(root: Path) -> list[str]:
+    """List the imports that the rules forbid."""
+    broken = []
+    for path in sorted(root.rglob("*.py")):
+        part = part_of(path, root)
+        if part == "__init__":
+            continue
+        if part not in MAY_IMPORT:
+            broken.append(f"{path}: {part} is a new part; say in MAY_IMPORT what it may import")
+            continue
+        for found in imports_of(path, root):
+            names = found.module.split(".")
+            if len(names) == 1:
+                broken.append(f"{found}: a part imports the package's table of contents")
+            elif not {names[1], ".".join(names[1:3])} & ({part, "errors"} | MAY_IMPORT[part]):
+                broken.append(f"{found}: {part} may import {', '.join(sorted(MAY_IMPORT[part])) or 'errors'} only")
+    return broken
+
+
+def reached_from(start: Path, root: Path) -> dict[Path, list[Import]]:
+    """Find every file of the package that importing `start` can load, each with the imports that lead to it."""
+    chains: dict[Path, list[Import]] = {start: []}
+    waiting = [start]
+    while waiting:
+        path = waiting.pop()
+        for found in imports_of(path, root):
+            inner = root.joinpath(*found.module.split(".")[1:])
+            target = inner / "__init__.py" if inner.is_dir() else inner.with_suffix(".py")
+            if target.is_file() and target not in chains:
+                chains[target] = [*chains[path], found]
+                waiting.append(target)
+    return chains
+
+
+def test_a_part_imports_only_what_stands_below_it() -> None:
+    broken = broken_rules(PACKAGE)
+    assert not broken, "\n".join(broken)
+
+
+def test_warping_a_video_needs_only_the_warp_curve() -> None:
+    others = {PACKAGE / "motion", PACKAGE / "formats", PACKAGE / "kernels"}
+    others |= {PACKAGE / "warp" / f"{name}.py" for name in ("score", "path", "features", "guided", "keytimes")}
+    for path, chain in reached_from(PACKAGE / "warp" / "curve.py", PACKAGE).items():
+        forbidden = others & {path, *path.parents}
+        assert not forbidden, "warp.curve must not need this:\n" + "\n".join(str(link) for link in chain)
+
+
+def test_importing_the_warp_curve_loads_nothing_else_of_the_package() -> None:
+    # The packages around it (their __init__.py) are loaded too, and could bring in everything.
+    code = "import sys, retime.warp.curve; print(*sorted(m for m in sys.modules if m.startswith('retime')))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = run.stdout.split()
+    assert "retime.warp.curve" in loaded
+    assert [name for name in loaded if re.match(r"retime\.(motion|formats|kernels)\b", name)] == []
+
+
+@pytest.mark.parametrize(
+    ("place", "code", "module"),
+    [
+        ("motion/pose.py", "import os\nimport retime.warp.curve\n", "retime.warp.curve"),
+        ("motion/pose.py", "import os\nfrom retime.formats import read\n", "retime.formats"),
+        ("motion/pose.py", "import os\nfrom ..warp import curve\n", "retime.warp"),
+        ("warp/path.py", "def f():\n    from retime import formats\n", "retime.formats"),
+        ("cli/inner/main.py", "import os\nfrom ...server import app\n", "retime.server"),
+        ("formats/a.py", "import os\nfrom retime.warp.guided import guided_warp\n", "retime.warp.guided"),
+        ("errors.py", "import os\nfrom retime.motion.rate import parse_rate\n", "retime.motion.rate"),
+        ("warp/path.py", "import os\nimport retime\n", "retime"),
+    ],
+)
+def test_a_forbidden_import_is_named_with_its_file_and_line(tmp_path, place, code, module) -> None:
+    root = tmp_path / "retime"
+    for folder in ("formats", "server", "warp"):
+        (root / folder).mkdir(parents=True)
+    path = root / place
+    path.parent.mkdir(parents=True, exist_ok=True)
+    (root / "warp" / "guided.py").touch()
+    path.write_text(code, encoding="utf-8")
+    (message,) = broken_rules(root)
+    assert message.startswith(f"{path}:2: imports {module}: ")
+
+
+@pytest.mark.parametrize(
+    ("place", "code"),
+    [
+        ("warp/path.py", "from retime.motion.motion import Motion\nfrom retime.errors import OptionError\n"),
+        ("warp/path.py", "from . import curve\nimport numpy as np\n"),
+        ("formats/a.py", "from retime.warp.curve import Warp\n"),
+        ("__init__.py", "from retime.cli import main\n"),
+    ],
+)
+def test_an_allowed_import_passes(tmp_path, place, code) -> None:
+    path = tmp_path / "retime" / place
+    path.parent.mkdir(parents=True)
+    path.write_text(code, encoding="utf-8")
+    assert broken_rules(tmp_path / "retime") == []
