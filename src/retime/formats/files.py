@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
-import tempfile
+import secrets
+import stat
 from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
@@ -18,23 +20,39 @@ def read_bytes(path: str | PathLike[str], limits: Limits) -> bytes:
     Raises
     ------
     FormatError
-        The file is larger, or is not a regular file.
+        The file is larger, or is not a regular file (a pipe would wait for ever, a device never ends).
     OSError
         The file can't be opened.
     """
     path = Path(path)
+    status = path.stat()
+    if stat.S_ISDIR(status.st_mode):
+        raise FormatError("this is a folder, not a file", path=path)
+    if not stat.S_ISREG(status.st_mode):
+        raise FormatError("this is not a regular file", path=path)
     with path.open("rb") as file:
-        size = os.fstat(file.fileno()).st_size
-        data = file.read(limits.file_bytes + 1)
+        # One byte more than it had a moment ago: the buffer is made before the reading, and the file may grow.
+        data = file.read(min(status.st_size, limits.file_bytes) + 1)
     if len(data) > limits.file_bytes:
         raise FormatError(
-            f"the file has {size} bytes, the limit is {limits.file_bytes} (Limits.file_bytes)", path=path
+            f"the file has {max(status.st_size, len(data))} bytes, the limit is {limits.file_bytes} "
+            "(Limits.file_bytes)",
+            path=path,
         )
     return data
 
 
 def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, overwrite: bool) -> None:
     """Write a file beside its place, sync it, and rename it over; nothing is left behind where that fails.
+
+    Parameters
+    ----------
+    path : path-like
+        The place. A symbolic link is followed.
+    parts : bytes or iterable of bytes
+        What to write. An iterable is not begun where the file may not be written.
+    overwrite : bool
+        Replace a file that is there.
 
     Raises
     ------
@@ -48,35 +66,38 @@ def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, ov
         raise OutputExistsError(path)
     # Follow a symbolic link, so that the rename replaces the file it means and not the link.
     place = Path(os.path.realpath(path))
-    handle, name = tempfile.mkstemp(prefix=f".{place.name[:100]}.", dir=place.parent)
+    beside = place.with_name(f".retime-{secrets.token_hex(8)}.tmp")
     try:
-        with os.fdopen(handle, "wb") as file:
+        with beside.open("xb") as file:
             for part in (parts,) if isinstance(parts, bytes) else parts:
                 file.write(part)
             file.flush()
             os.fsync(file.fileno())
-        mode = place.stat().st_mode & 0o777 if place.exists() else 0o666 & ~_umask()
-        Path(name).chmod(mode)
         if overwrite:
-            os.replace(name, place)
+            if place.exists():
+                beside.chmod(stat.S_IMODE(place.stat().st_mode))
+            beside.replace(place)
         else:
-            # A link fails where the name was taken meanwhile; a rename would not.
-            try:
-                os.link(name, place)
-            except FileExistsError:
-                raise OutputExistsError(path) from None
-            Path(name).unlink()
+            _rename_to_free_name(beside, place, path)
     except BaseException:
-        Path(name).unlink(missing_ok=True)
+        beside.unlink(missing_ok=True)
         raise
     _sync_folder(place.parent)
 
 
-def _umask() -> int:
-    # The process's mask can only be read by setting it.
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def _rename_to_free_name(beside: Path, place: Path, path: Path) -> None:
+    """Rename, unless the name was taken meanwhile: a link fails then, where a rename would replace."""
+    try:
+        os.link(beside, place)
+    except FileExistsError:
+        raise OutputExistsError(path) from None
+    except OSError:
+        # A file system without links (FAT, some network drives): the moment between the two calls stays open.
+        if place.exists():
+            raise OutputExistsError(path) from None
+        beside.rename(place)
+    else:
+        beside.unlink()
 
 
 def _sync_folder(folder: Path) -> None:
@@ -85,5 +106,9 @@ def _sync_folder(folder: Path) -> None:
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)
+    except OSError as error:
+        # Some network file systems can't sync a folder; the file itself is safe by now.
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
     finally:
         os.close(handle)

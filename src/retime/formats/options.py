@@ -25,6 +25,9 @@ class Limits:
         Channels of a motion or signal.
     frames : int
         Frames of a motion or signal.
+    joint_poses : int
+        Frames times joints of a motion. A file may declare many joints and give them hardly a number each, so
+        its size alone does not bound the memory.
     line_bytes : int
         Bytes of a line of text.
     name_bytes : int
@@ -45,6 +48,7 @@ class Limits:
     joint_channels: int = 9
     channels: int = 16384
     frames: int = 10_000_000
+    joint_poses: int = 1 << 26
     line_bytes: int = 16 << 20
     name_bytes: int = 1024
     json_depth: int = 64

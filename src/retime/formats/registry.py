@@ -1,6 +1,6 @@
 """Which module reads and writes which file, and the one way in and out.
 
-A format is a small module with ``read(path, data, options)`` and ``write(motion, path)``; see `FORMATS`.
+A format is a small module with ``read(path, data, options)`` and ``write(motion, path, overwrite=...)``; see `FORMATS`.
 Modules are imported when a file of theirs is met.
 """
 
@@ -127,7 +127,10 @@ def read(
         limits=limits or Limits(),
     )
     known = format_of(path)
-    return _module(known).read(path, read_bytes(path, options.limits), options)
+    try:
+        return _module(known).read(path, read_bytes(path, options.limits), options)
+    except MemoryError:
+        raise FormatError("this machine has too little memory for what the file holds", path=path) from None
 
 
 def write(motion: Motion | Signal, path: str | PathLike[str], *, overwrite: bool = False) -> None:

@@ -12,8 +12,8 @@ from fractions import Fraction
 
 from retime.errors import OptionError
 
-_DECIMAL = re.compile(r"\+?(\d+(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d{1,3}))?")
-_FRACTION = re.compile(r"(\d{1,12})/(\d{1,12})")
+_DECIMAL = re.compile(r"\+?(\d+(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
+_FRACTION = re.compile(r"(\d{1,12})/(\d{1,12})", re.ASCII)
 _NTSC = tuple(Fraction(n * 1000, 1001) for n in (24, 30, 48, 60, 120, 240))
 
 
@@ -28,18 +28,38 @@ def _interval(text: str) -> tuple[Fraction, Fraction]:
 
 
 def _plainest(low: Fraction, high: Fraction, written: Fraction) -> Fraction:
-    """Return the whole rate, else the NTSC rate, in an interval; else the rate as written."""
+    """Return the whole rate, else the NTSC rate, in an interval; else a plain fraction; else the rate as written."""
     whole = Fraction(round(written))
     if whole > 0 and low <= whole <= high:
         return whole
     for rate in _NTSC:
         if low <= rate <= high:
             return rate
+    simplest = _simplest(low, high)
+    # Fractions up to a denominator q lie about 1/q**2 apart. One in an interval a thousand times narrower is no
+    # accident: somebody wrote the digits of that fraction.
+    if simplest.denominator**2 * (high - low) * 1000 < 1:
+        return simplest
     return written
+
+
+def _simplest(low: Fraction, high: Fraction) -> Fraction:
+    """Return the fraction with the smallest denominator in an interval above 0, by continued fractions."""
+    whole_parts = []
+    while low.denominator != 1 and low // 1 == high // 1:
+        whole_parts.append(low // 1)
+        low, high = 1 / (high - high // 1), 1 / (low - low // 1)
+    result = Fraction(-(-low // 1))
+    for whole in reversed(whole_parts):
+        result = whole + 1 / result
+    return result
 
 
 def rate_from_frame_time(text: str) -> Fraction:
     """Find the exact rate behind a frame time as a file writes it.
+
+    The plainest rate that the digits allow: a whole one, an NTSC one, or a fraction too simple to be there by accident;
+    else exactly one over the time as written.
 
     Parameters
     ----------

@@ -1,0 +1,281 @@
+"""The MOTION section of a BVH file: its counts, its frame time, and its frames as a table of numbers."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import dataclass
+from fractions import Fraction
+from os import fspath
+from typing import NoReturn
+
+import numpy as np
+
+from retime.errors import FormatWarning
+from retime.formats.bvh_hierarchy import Hierarchy
+from retime.formats.number_text import (
+    NumberTextError,
+    parse_count,
+    parse_number,
+    parse_numbers,
+    parse_table,
+    show,
+)
+from retime.formats.options import ReadOptions
+from retime.formats.text_lines import LINE_END, Lines
+from retime.motion.rate import rate_from_frame_time
+from retime.motion.rotation import FloatArray
+
+_FRAMES = re.compile(rb"frames\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
+_FRAME_TIME = re.compile(rb"frame\s*time\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
+_CUT_NUMBER = re.compile(rb"[+-]?\.?|[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][+-]?")
+_REPAIR = "; --repair (repair=True) keeps what is there"
+# Bytes parsed at once: many rows, and little memory beside the table itself.
+_BLOCK = 1 << 19
+# Seconds; a frame time beyond these is a slip, and squaring its inverse could leave the range of a double.
+_SHORTEST, _LONGEST = 1e-6, 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """What the MOTION section says.
+
+    Attributes
+    ----------
+    rate : Fraction
+        Frames a second.
+    frame_time : str
+        The frame time as written; "" where there is no valid one.
+    values : float array, shape (n_frames, n_channels)
+        The numbers in file order: degrees and length units.
+    """
+
+    rate: Fraction
+    frame_time: str
+    values: FloatArray
+
+
+def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions) -> Frames:
+    """Parse what follows the word MOTION.
+
+    Raises
+    ------
+    FormatError
+        With the line, the frame (counted from 0), and the joint and channel where one is at fault.
+
+    Warns
+    -----
+    FormatWarning
+        The file holds another count of frames than it says; with ``options.repair``, frames were dropped.
+    """
+    claimed = _frame_count(lines)
+    table = _Table(lines, hierarchy, options, claimed)
+    rate, frame_time = _frame_time(lines, options)
+    return Frames(rate, frame_time, table.parse())
+
+
+def _frame_count(lines: Lines) -> int:
+    token = lines.token()
+    if token is None:
+        lines.fail("expected 'Frames:', found the end of the file")
+    lines.put_back(token)
+    text = lines.rest()
+    match = _FRAMES.fullmatch(text)
+    if match is None:
+        lines.fail(f"expected 'Frames:', found {show(text)}")
+    try:
+        return parse_count(match[1])
+    except NumberTextError as error:
+        lines.fail(f"Frames: {error.problem}")
+
+
+def _frame_time(lines: Lines, options: ReadOptions) -> tuple[Fraction, str]:
+    """Read the frame time; where it is missing or wrong the rate must come from the options."""
+    remedy = "; where the file is no help, give the rate (--fps, rate=)"
+    token = lines.token()
+    if token is None:
+        lines.fail("expected 'Frame Time:', found the end of the file")
+    lines.put_back(token)
+    text = lines.rest()
+    match = _FRAME_TIME.fullmatch(text)
+    if match is None:
+        if options.rate is None:
+            lines.fail(f"expected 'Frame Time:', found {show(text)}{remedy}")
+        lines.put_back_line()
+        return options.rate, ""
+    written = match[1].replace(b",", b".") if options.decimal_comma else match[1]
+    try:
+        seconds = parse_number(written)
+        if not _SHORTEST <= seconds <= _LONGEST:
+            raise NumberTextError(f"expected {_SHORTEST:g} to {_LONGEST:g} seconds, found {show(written)}")
+        declared = written.decode("ascii")
+        return options.rate or rate_from_frame_time(declared), declared
+    except ValueError as error:
+        if options.rate is None:
+            lines.fail(f"Frame Time: {error}{remedy}")
+        return options.rate, ""
+
+
+class _Damage(Exception):
+    """A frame that can't be read; those before it can."""
+
+    def __init__(self, problem: str, *, line: int, column: int | None = None) -> None:
+        self.problem = problem
+        self.line = line
+        self.column = column
+        super().__init__(problem)
+
+
+class _Table:
+    """The rows of numbers. A frame begins on a new line and may go on over several."""
+
+    def __init__(self, lines: Lines, hierarchy: Hierarchy, options: ReadOptions, claimed: int) -> None:
+        self.lines = lines
+        self.hierarchy = hierarchy
+        self.options = options
+        self.limits = options.limits
+        self.claimed = claimed
+        self.claim_line = lines.number
+        self.n_channels = sum(map(len, hierarchy.channels))
+        self.n_frames = 0
+        self.blocks: list[FloatArray] = []
+        self.line = 0
+        # The values of a frame that is not whole yet, and the line where it begins.
+        self.begun: list[float] = []
+        self.begun_line = 0
+
+    def parse(self) -> FloatArray:
+        if self.n_channels == 0:
+            self._fail("no joint has a channel, so nothing moves")
+        if not self.options.repair:
+            self._check_claim()
+        try:
+            self._parse_blocks()
+        except _Damage as damage:
+            self._refuse_or_repair(damage)
+        else:
+            self._compare_counts()
+        n_joints = len(self.hierarchy.names)
+        if self.n_frames * n_joints > self.limits.joint_poses:
+            self._fail(
+                f"{self.n_frames} frames of {n_joints} joints, the limit is {self.limits.joint_poses} poses of a "
+                "joint (Limits.joint_poses)"
+            )
+        return np.concatenate(self.blocks)
+
+    def _fail(self, problem: str) -> NoReturn:
+        self.lines.fail(f"Frames: {problem}", line=self.claim_line)
+
+    def _warn(self, problem: str, line: int) -> None:
+        warnings.warn(FormatWarning(f"{fspath(self.lines.path)}:{line}: {problem}"), stacklevel=2)
+
+    def _check_claim(self) -> None:
+        left = len(self.lines.data) - self.lines.next_start
+        # A value takes a digit and a separator; the last one has none after it.
+        most = (left + 1) // (2 * self.n_channels)
+        if self.claimed > most + 1:
+            claim = "10**18 or more" if self.claimed >= 10**18 else str(self.claimed)
+            self._fail(
+                f"{claim} frames are claimed, but the {left} bytes left hold at most {most} frames of "
+                f"{self.n_channels} channels{_REPAIR}"
+            )
+        if self.claimed > self.limits.frames:
+            self._fail(f"{self.claimed} frames are claimed, the limit is {self.limits.frames} (Limits.frames)")
+
+    def _compare_counts(self) -> None:
+        n = self.n_frames
+        if n == 0:
+            self._fail(f"{self.claimed} frames are claimed, none is there")
+        if self.claimed < n or self.claimed == n + 1:
+            self._warn(f"Frames: {self.claimed} frames are claimed, {n} are there; kept all {n}", self.claim_line)
+        elif self.claimed > n:
+            if not self.options.repair:
+                self._fail(f"{self.claimed} frames are claimed, {n} are there{_REPAIR}")
+            self._warn(f"Frames: {self.claimed} frames are claimed, {n} are there; kept the {n}", self.claim_line)
+
+    def _refuse_or_repair(self, damage: _Damage) -> None:
+        if not self.options.repair or self.n_frames == 0:
+            self.lines.fail(damage.problem, line=damage.line, column=damage.column)
+        self._warn(
+            f"{damage.problem} Kept the {self.n_frames} frames before it, of {self.claimed} claimed.", damage.line
+        )
+
+    def _parse_blocks(self) -> None:
+        data = self.lines.data
+        position = self.lines.next_start
+        self.line = self.lines.number
+        while position < len(data):
+            match = LINE_END.search(data, position + _BLOCK)
+            stop = len(data) if match is None else match.end()
+            text = data[position:stop]
+            rows = text.splitlines()
+            if len(text) > self.limits.line_bytes:
+                self._check_lengths(rows)
+            table = None if self.begun else parse_table(text, decimal_comma=self.options.decimal_comma)
+            if table is not None and table.shape[1] == self.n_channels:
+                self.blocks.append(table)
+                self.n_frames += len(table)
+                self.line += len(rows)
+            else:
+                self._parse_lines(rows, ends_file=stop == len(data))
+            if self.n_frames > self.limits.frames:
+                self._fail(f"more than {self.limits.frames} frames are there (Limits.frames)")
+            position = stop
+        if self.begun:
+            raise self._cut(len(self.begun))
+
+    def _check_lengths(self, rows: list[bytes]) -> None:
+        longest = self.limits.line_bytes
+        for number, row in enumerate(rows, start=self.line + 1):
+            if len(row) > longest:
+                self.lines.fail(f"the line is longer than {longest} bytes (Limits.line_bytes)", line=number)
+
+    def _parse_lines(self, rows: list[bytes], *, ends_file: bool) -> None:
+        """Parse a block that the fast way could not take: join wrapped lines, or find what is wrong."""
+        frames: list[list[float]] = []
+        try:
+            for i, row in enumerate(rows):
+                self.line += 1
+                try:
+                    values = parse_numbers(row, decimal_comma=self.options.decimal_comma)
+                except NumberTextError as error:
+                    raise self._not_a_number(row, error, ends_file=ends_file and i == len(rows) - 1) from None
+                if not values:
+                    continue
+                if not self.begun:
+                    self.begun_line = self.line
+                if len(self.begun) + len(values) > self.n_channels:
+                    raise self._miscounted(len(self.begun) or len(values))
+                self.begun += values
+                if len(self.begun) == self.n_channels:
+                    frames.append(self.begun)
+                    self.n_frames += 1
+                    self.begun = []
+        finally:
+            if frames:
+                self.blocks.append(np.array(frames))
+
+    def _not_a_number(self, row: bytes, error: NumberTextError, *, ends_file: bool) -> _Damage:
+        index = len(self.begun) + error.index
+        if ends_file and index < self.n_channels and _CUT_NUMBER.fullmatch(row[error.offset :]):
+            if not self.begun:
+                self.begun_line = self.line
+            return self._cut(index)
+        place = self.hierarchy.column(index)
+        column = len(row[: error.offset].decode("utf-8", "replace")) + 1
+        return _Damage(f"frame {self.n_frames}, {place}: {error.problem}.", line=self.line, column=column)
+
+    def _miscounted(self, found: int) -> _Damage:
+        last = self.line - 1 if self.begun else self.line
+        lines = f" (lines {self.begun_line} to {last})" if last > self.begun_line else ""
+        return _Damage(
+            f"frame {self.n_frames}{lines} has {found} values, but the hierarchy declares {self.n_channels} channels.",
+            line=self.begun_line,
+        )
+
+    def _cut(self, found: int) -> _Damage:
+        return _Damage(
+            f"frame {self.n_frames} has {found} values, but the hierarchy declares {self.n_channels} channels. "
+            "The file ends here.",
+            line=self.begun_line,
+        )
