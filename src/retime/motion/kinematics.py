@@ -92,16 +92,14 @@ def torso_positions(poses: GlobalPoses) -> FloatArray:
     float array, shape (n_frames, n_joints - 1, 3)
         The root's position and orientation are removed.
     """
-    return rotation.rotate(
-        rotation.conjugate(poses.rotations[:, :1]), poses.positions[:, 1:] - poses.positions[:, :1]
-    )
+    return rotation.rotate(rotation.conjugate(poses.rotations[:, :1]), poses.positions[:, 1:] - poses.positions[:, :1])
 
 
 def heading_rotations(poses: GlobalPoses) -> FloatArray:
     """Turn of the root about the vertical axis, shape (n_frames, 4): the root's rotation with its tilt removed.
 
-    The twist about Y is what is left of a rotation (w, x, y, z) when x and z are dropped; a root on its head (w and y both
-    0) has none and keeps the identity.
+    The twist about Y is what is left of a rotation (w, x, y, z) when x and z are dropped; a root on its head (w and y
+    both 0) has none and keeps the identity.
     """
     root = poses.rotations[:, 0]
     twist = np.zeros_like(root)
@@ -138,7 +136,7 @@ def metres_per_unit(motion: Motion) -> float:
         if parent >= 0:
             rest[joint] = rest[parent] + motion.skeleton.offsets[joint]
     ends = [rest[site.parent] + np.array(site.offset) for site in motion.skeleton.end_sites]
-    # A rest pose may lie along any axis; its longest extent is the height, or the span of the arms, which is about that.
+    # A rest pose may lie along any axis; its longest extent is the height, or the span of the arms, about as long.
     extent = float(np.ptp(np.vstack([rest, *ends]), axis=0).max())
     return 1.7 / extent if extent > 0 else 1.0
 
@@ -146,16 +144,16 @@ def metres_per_unit(motion: Motion) -> float:
 def flights(motion: Motion, *, clearance: float = 0.04, minimum: float = 0.1) -> list[tuple[int, int]]:
     """Find the flights of jumps: stretches in which the body falls freely and touches nothing.
 
-    In flight the lowest joint is off the ground, and the mean height of the joints accelerates downward at more than half of
-    gravity, averaged over the stretch.
+    In flight the lowest joint is off the ground, and the mean height of the joints accelerates downward at more than half
+    of gravity, averaged over the stretch.
 
     Parameters
     ----------
     motion : Motion
         Y up; `metres_per_unit` gives its size.
     clearance : float
-        Metres by which the lowest joint or end site must be above the ground, which is the height that the lowest point has
-        in a tenth of the frames or less.
+        Metres by which the lowest joint or end site must be above the ground, which is the height that the lowest point
+        has in a tenth of the frames or less.
     minimum : float
         Shortest flight, seconds.
 

@@ -36,8 +36,8 @@ class Declaration:
 def frame_positions(input_times: ArrayLike, rate: Fraction, n_frames: int) -> tuple[np.ndarray, np.ndarray, FloatArray]:
     """Place times between frames.
 
-    Times within a billionth of a frame of a frame are taken to be that frame, so that a motion sampled at its own frames
-    comes back bit for bit; times outside the motion are held at its ends.
+    Times within about a billionth of a frame of a frame are taken to be that frame, so that a motion sampled at its own
+    frames comes back bit for bit; times outside the motion are held at its ends.
 
     Parameters
     ----------
@@ -54,10 +54,19 @@ def frame_positions(input_times: ArrayLike, rate: Fraction, n_frames: int) -> tu
         Neighbouring frames.
     fraction : float array
         How far from `before` to `after`, in [0, 1).
+
+    Raises
+    ------
+    OptionError
+        A time is not a number.
     """
-    place = np.clip(np.asarray(input_times, dtype=np.float64) * float(rate), 0.0, n_frames - 1)
+    times = np.asarray(input_times, dtype=np.float64)
+    if np.isnan(times).any():
+        raise OptionError(f"time {int(np.argwhere(np.isnan(times.ravel()))[0, 0])} of {times.size} is not a number")
+    place = np.clip(times * float(rate), 0.0, n_frames - 1)
     whole = np.round(place)
-    place = np.where(np.abs(place - whole) < 1e-9, whole, place)
+    # Far into a long motion a frame's own time, in floating point, is off by more than the billionth.
+    place = np.where(np.abs(place - whole) < 1e-9 + 1e-15 * place, whole, place)
     before = np.floor(place).astype(np.intp)
     after = np.minimum(before + 1, n_frames - 1)
     return before, after, place - before
@@ -126,20 +135,26 @@ class Motion:
             raise InvalidMotionError(f"expected an exact rate above 0 (a Fraction), found {self.rate!r}")
         length = np.sqrt(np.einsum("fjc,fjc->fj", rotations, rotations))
         if np.any(np.abs(length - 1.0) > 1e-12):
-            if not np.all(length > 0):
-                frame, joint = (int(i) for i in np.argwhere(~(length > 0))[0])
+            zero = ~np.any(rotations, axis=-1)
+            if np.any(zero):
+                frame, joint = (int(i) for i in np.argwhere(zero)[0])
                 raise InvalidMotionError(
                     f"the rotation of joint {self.skeleton.names[joint]!r} at frame {frame} has length 0"
                 )
-            rotations = rotations / length[..., None]
-        for name, array in (("rotations", rotations), ("translations", translations)):
+            rotations = rotation.normalize(rotations)
+        frozen = [("rotations", rotations), ("translations", translations)]
+        if self.declared_angles is not None:
+            angles = np.asarray(self.declared_angles, dtype=np.float64)
+            if angles.shape != (len(rotations), n_joints, 3):
+                raise InvalidMotionError(
+                    f"expected declared angles of shape ({len(rotations)}, {n_joints}, 3), found {angles.shape}"
+                )
+            self._refuse_non_finite("declared angle", angles)
+            frozen.append(("declared_angles", angles))
+        for name, array in frozen:
             view = array.view()
             view.setflags(write=False)
             object.__setattr__(self, name, view)
-        if self.declared_angles is not None and self.declared_angles.shape != (len(rotations), n_joints, 3):
-            raise InvalidMotionError(
-                f"expected declared angles of shape ({len(rotations)}, {n_joints}, 3), found {self.declared_angles.shape}"
-            )
 
     def _refuse_non_finite(self, what: str, values: FloatArray) -> None:
         if np.isfinite(values).all():
@@ -210,9 +225,7 @@ class Motion:
         between = np.flatnonzero(fraction)
         if len(between):
             share = fraction[between]
-            rotations[between] = rotation.slerp(
-                rotations[between], self.rotations[after[between]], share[:, None]
-            )
+            rotations[between] = rotation.slerp(rotations[between], self.rotations[after[between]], share[:, None])
             translations[between] += share[:, None, None] * (
                 self.local_translations[after[between]] - translations[between]
             )

@@ -27,9 +27,12 @@ def identity(*shape: int) -> FloatArray:
 def normalize(q: ArrayLike) -> FloatArray:
     """Scale quaternions (..., 4) to unit length; raise ZeroDivisionError where one has no direction."""
     q = np.asarray(q, dtype=np.float64)
+    # By a power of two first, which is exact: the squares of very long or short ones would overflow or vanish.
+    _, exponent = np.frexp(np.max(np.abs(q), axis=-1, keepdims=True))
+    q = np.ldexp(q, -exponent)
     length = np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
-    if not np.all(length > 0):
-        raise ZeroDivisionError("a quaternion of length 0 is no rotation")
+    if not np.all((length > 0) & np.isfinite(length)):
+        raise ZeroDivisionError("a quaternion of length 0, or that is not finite, is no rotation")
     return q / length
 
 

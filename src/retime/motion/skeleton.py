@@ -70,6 +70,10 @@ class Skeleton:
         for site in self.end_sites:
             if not 0 <= site.parent < n_joints:
                 raise InvalidMotionError(f"an end site belongs to joint {site.parent}, of {n_joints}")
+            if len(site.offset) != 3:
+                raise InvalidMotionError(
+                    f"the end site of {self.names[site.parent]!r} has {len(site.offset)} coordinates, not 3"
+                )
             if not np.all(np.isfinite(site.offset)):
                 raise InvalidMotionError(f"the end site of {self.names[site.parent]!r} is not finite")
         if not np.all(np.isfinite(offsets)):
