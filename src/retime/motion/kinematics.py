@@ -144,8 +144,8 @@ def metres_per_unit(motion: Motion) -> float:
 def flights(motion: Motion, *, clearance: float = 0.04, minimum: float = 0.1) -> list[tuple[int, int]]:
     """Find the flights of jumps: stretches in which the body falls freely and touches nothing.
 
-    In flight the lowest joint is off the ground, and the mean height of the joints accelerates downward at more than half
-    of gravity, averaged over the stretch.
+    In flight the lowest joint is off the ground, and the mean height of the joints accelerates downward at more than
+    half of gravity, averaged over the stretch.
 
     Parameters
     ----------

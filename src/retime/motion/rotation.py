@@ -29,11 +29,11 @@ def normalize(q: ArrayLike) -> FloatArray:
     q = np.asarray(q, dtype=np.float64)
     # By a power of two first, which is exact: the squares of very long or short ones would overflow or vanish.
     _, exponent = np.frexp(np.max(np.abs(q), axis=-1, keepdims=True))
-    q = np.ldexp(q, -exponent)
-    length = np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
+    scaled: FloatArray = np.ldexp(q, -exponent)
+    length: FloatArray = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
     if not np.all((length > 0) & np.isfinite(length)):
         raise ZeroDivisionError("a quaternion of length 0, or that is not finite, is no rotation")
-    return q / length
+    return scaled / length
 
 
 def multiply(a: ArrayLike, b: ArrayLike) -> FloatArray:
@@ -52,7 +52,8 @@ def multiply(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 def conjugate(q: ArrayLike) -> FloatArray:
     """Invert unit quaternions (..., 4)."""
-    return np.asarray(q, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
+    inverse: FloatArray = np.asarray(q, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
+    return inverse
 
 
 def rotate(q: ArrayLike, v: ArrayLike) -> FloatArray:
@@ -97,7 +98,8 @@ def slerp(a: ArrayLike, b: ArrayLike, fraction: ArrayLike) -> FloatArray:
     wb = np.where(near, fraction, np.sin(fraction * angle) / safe)
     wa = np.where(fraction == 0.0, 1.0, np.where(fraction == 1.0, 0.0, wa))
     wb = np.where(fraction == 0.0, 0.0, np.where(fraction == 1.0, 1.0, wb))
-    return wa * a + wb * b
+    between: FloatArray = wa * a + wb * b
+    return between
 
 
 def about_axis(axis: int, angle: ArrayLike) -> FloatArray:
@@ -122,10 +124,30 @@ def from_euler(order: str, angles: ArrayLike) -> FloatArray:
     angles = np.asarray(angles, dtype=np.float64)
     if not order:
         return identity(*angles.shape[:-1])
+    if len(set(order)) == 3:
+        return _from_three_turns(order, angles)
     q = about_axis(_AXIS[order[0]], angles[..., 0])
     for i, letter in enumerate(order[1:], start=1):
         q = multiply(q, about_axis(_AXIS[letter], angles[..., i]))
     return q
+
+
+def _from_three_turns(order: str, angles: FloatArray) -> FloatArray:
+    """Multiply out the three turns; in pieces that stay in the cache, which is most of the time saved."""
+    i, j, k = (_AXIS[letter] for letter in order)
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    triples = angles.reshape(-1, 3)
+    out = np.empty((len(triples), 4))
+    for start in range(0, len(triples), 8192):
+        half = np.multiply(triples[start : start + 8192].T, 0.5, order="C")
+        c1, c2, c3 = np.cos(half)
+        s1, s2, s3 = np.sin(half)
+        q = out[start : start + 8192]
+        q[:, 0] = c1 * c2 * c3 - sign * (s1 * s2 * s3)
+        q[:, 1 + i] = s1 * c2 * c3 + sign * (c1 * s2 * s3)
+        q[:, 1 + j] = c1 * s2 * c3 - sign * (s1 * c2 * s3)
+        q[:, 1 + k] = c1 * c2 * s3 + sign * (s1 * s2 * c3)
+    return out.reshape(*angles.shape[:-1], 4)
 
 
 def to_matrix(q: ArrayLike) -> FloatArray:
