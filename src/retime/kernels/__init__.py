@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
+from dataclasses import dataclass
 from functools import cache
 from typing import Protocol, cast
 
@@ -44,10 +45,62 @@ class Backend(Protocol):
     ) -> FloatArray:
         """Score triples by the motion of the reference frames nearest in pose: (n_input, max_skip, max_skip)."""
 
-    def layered_path(
-        self, scores: FloatArray, positions: IntArray, frames: IntArray, memory_limit: int
-    ) -> tuple[IntArray, float] | None:
-        """Find the best path through anchors (position, frame): frames and total, or None where there is none."""
+    def layered_path(self, problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
+        """Find the best path by the layered recurrence: frames and total, or None where there is none."""
+
+    def free_path(self, problem: PathProblem) -> tuple[IntArray, float] | None:
+        """Find the best path of any length through the anchors' frames."""
+
+    def priced_path(self, problem: PathProblem, max_labels: int) -> PricedPath | None:
+        """Find the best path by a price on the count; None where this backend has no such kernel."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathProblem:
+    """What a path search is asked for.
+
+    Attributes
+    ----------
+    scores : float array, shape (n_input, max_skip, max_skip)
+        ``scores[j, a - 1, b - 1]`` of frames j - a, j, j + b; ``inf`` forbids.
+    positions, frames : int arrays, shape (n_anchors,)
+        Output positions and input frames that the path must pass, from (0, 0) to (..., n_input - 1).
+    last_position_max : int
+        The last anchor stands in a position from its own to this one.
+    start_cost, end_cost : float arrays, shape (max_skip,)
+        Added for the first and the last step; ``inf`` forbids it.
+    """
+
+    scores: FloatArray
+    positions: IntArray
+    frames: IntArray
+    last_position_max: int
+    start_cost: FloatArray
+    end_cost: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class PricedPath:
+    """What the priced search found.
+
+    Attributes
+    ----------
+    path : (int array, float), optional
+        Frames and total; None where there is no path, or where it gave up.
+    lower_bound : float
+        No path can total less.
+    gave_up : bool
+        More labels than allowed: the layered recurrence has to do it.
+    labels, passes, sweeps : int
+        Labels of the last pass, passes with a widening gap, sweeps that looked for the price.
+    """
+
+    path: tuple[IntArray, float] | None
+    lower_bound: float
+    gave_up: bool
+    labels: int
+    passes: int
+    sweeps: int
 
 
 def compiled_available() -> bool:

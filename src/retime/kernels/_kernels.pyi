@@ -35,5 +35,30 @@ def conditional_scores(
     /,
 ) -> None: ...
 def layered_path(
-    scores: FloatArray, positions: IntArray, frames: IntArray, memory_limit: int, /
+    scores: FloatArray,
+    positions: IntArray,
+    frames: IntArray,
+    last_position_max: int,
+    start_cost: FloatArray,
+    end_cost: FloatArray,
+    memory_limit: int,
+    /,
 ) -> tuple[IntArray, float] | None: ...
+def free_path(
+    scores: FloatArray,
+    positions: IntArray,
+    frames: IntArray,
+    start_cost: FloatArray,
+    end_cost: FloatArray,
+    /,
+) -> tuple[IntArray, float] | None: ...
+def priced_path(
+    scores: FloatArray,
+    positions: IntArray,
+    frames: IntArray,
+    last_position_max: int,
+    start_cost: FloatArray,
+    end_cost: FloatArray,
+    max_labels: int,
+    /,
+) -> tuple[tuple[IntArray, float] | None, float, bool, int, int, int]: ...

@@ -9,9 +9,8 @@ from __future__ import annotations
 import os
 
 import numpy as np
-from numpy.typing import NDArray
 
-from retime.kernels import FloatArray, IntArray, _kernels
+from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kernels
 from retime.kernels.numpy_backend import nearest_poses
 
 _BLOCK_BYTES = 96 << 20
@@ -87,9 +86,34 @@ def conditional_scores(
     return out
 
 
-def layered_path(
-    scores: FloatArray, positions: IntArray, frames: IntArray, memory_limit: int
-) -> tuple[IntArray, float] | None:
+def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
     """Find the best path; see `retime.kernels.Backend`."""
-    found: tuple[NDArray[np.int64], float] | None = _kernels.layered_path(scores, positions, frames, memory_limit)
-    return found
+    return _kernels.layered_path(
+        problem.scores,
+        problem.positions,
+        problem.frames,
+        problem.last_position_max,
+        problem.start_cost,
+        problem.end_cost,
+        memory_limit,
+    )
+
+
+def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
+    """Find the best path of any length; see `retime.kernels.Backend`."""
+    return _kernels.free_path(problem.scores, problem.positions, problem.frames, problem.start_cost, problem.end_cost)
+
+
+def priced_path(problem: PathProblem, max_labels: int) -> PricedPath:
+    """Find the best path by a price on the count; see `retime.kernels.Backend`."""
+    return PricedPath(
+        *_kernels.priced_path(
+            problem.scores,
+            problem.positions,
+            problem.frames,
+            problem.last_position_max,
+            problem.start_cost,
+            problem.end_cost,
+            max_labels,
+        )
+    )

@@ -23,6 +23,18 @@ struct Anchor {
     int64_t frame;
 };
 
+// What a path search is asked for. scores: (n_input, max_skip, max_skip), inf forbids. The first anchor is (0, 0), the last one stands
+// at frame n_input - 1 in a position from its own to `last_position_max` (the same where the length is fixed). start_cost and
+// end_cost: (max_skip) each, added for the first and the last step; inf forbids.
+struct PathProblem {
+    const double* scores;
+    size_t n_input, max_skip;
+    const std::vector<Anchor>& anchors;
+    int64_t last_position_max;
+    const double* start_cost;
+    const double* end_cost;
+};
+
 struct Path {
     std::vector<int64_t> frames;
     double total = 0.0;

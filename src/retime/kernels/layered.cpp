@@ -27,14 +27,16 @@ struct Band {
 
 class Layers {
   public:
-    Layers(const double* scores, size_t max_skip, const std::vector<Anchor>& anchors)
-        : scores_(scores), s_(static_cast<int64_t>(max_skip)), anchors_(anchors) {
-        bands_.resize(anchors.back().position + 1);
+    explicit Layers(const PathProblem& problem)
+        : scores_(problem.scores), start_cost_(problem.start_cost), s_(static_cast<int64_t>(problem.max_skip)) {
+        const auto& anchors = problem.anchors;
+        bands_.resize(problem.last_position_max + 1);
         for (size_t span = 0; span + 1 < anchors.size(); ++span) {
             const Anchor &from = anchors[span], &to = anchors[span + 1];
-            for (int64_t p = from.position; p <= to.position; ++p)
-                bands_[p] = {std::max(from.frame + (p - from.position), to.frame - s_ * (to.position - p)),
-                             std::min(from.frame + s_ * (p - from.position), to.frame - (to.position - p))};
+            const int64_t latest = span + 2 == anchors.size() ? problem.last_position_max : to.position;
+            for (int64_t p = from.position; p <= latest; ++p)
+                bands_[p] = {std::max(from.frame + (p - from.position), to.frame - s_ * (latest - p)),
+                             std::min(from.frame + s_ * (p - from.position), to.frame - std::max<int64_t>(0, to.position - p))};
         }
         for (const Band& band : bands_) widest_ = std::max(widest_, band.size());
     }
@@ -48,8 +50,7 @@ class Layers {
         const Band& band = bands_[1];
         cost.assign(states(1), kInf);
         for (int64_t k = band.low; k <= band.high; ++k) {
-            const int64_t b = k - anchors_.front().frame;
-            if (b >= 1 && b <= s_) cost[(k - band.low) * s_ + b - 1] = 0.0;
+            if (k >= 1 && k <= s_) cost[(k - band.low) * s_ + k - 1] = start_cost_[k - 1];
         }
     }
 
@@ -82,53 +83,55 @@ class Layers {
 
   private:
     const double* scores_;
+    const double* start_cost_;
     int64_t s_;
-    const std::vector<Anchor>& anchors_;
     std::vector<Band> bands_;
     size_t widest_ = 0;
 };
 
 }  // namespace
 
-Path layered_path(const double* scores, size_t n_input, size_t max_skip, const std::vector<Anchor>& anchors, size_t memory_limit) {
-    (void)n_input;
-    Path path;
-    Layers layers(scores, max_skip, anchors);
-    const int64_t last = layers.last(), s = static_cast<int64_t>(max_skip);
-    if (last == 1) {
-        const int64_t step = anchors.back().frame - anchors.front().frame;
-        path.found = step >= 1 && step <= s;
-        if (path.found) path.frames = {anchors.front().frame, anchors.back().frame};
-        return path;
-    }
-    const size_t row = std::max<size_t>(1, layers.widest() * max_skip);
+Path layered_path(const PathProblem& problem, size_t memory_limit) {
+    const Layers layers(problem);
+    const int64_t first_end = problem.anchors.back().position, last = layers.last(), s = static_cast<int64_t>(problem.max_skip);
+    const int64_t end_frame = problem.anchors.back().frame;
+    const size_t row = std::max<size_t>(1, layers.widest() * problem.max_skip);
     // All in one block where it fits; else blocks that balance the bytes of steps against the doubles of checkpoints.
-    int64_t block = last;
-    if (static_cast<double>(row) * static_cast<double>(last) > static_cast<double>(memory_limit))
+    int64_t block = std::max<int64_t>(1, last - 1);
+    if (static_cast<double>(row) * static_cast<double>(block) > static_cast<double>(memory_limit))
         block = std::max<int64_t>(1, static_cast<int64_t>(std::sqrt(8.0 * static_cast<double>(last))));
+    const bool one_block = block >= last - 1;
 
+    Path path;
+    path.total = kInf;
+    int64_t p = 0, b = 0;
     std::vector<std::vector<double>> checkpoints;
     std::vector<double> cost, next;
-    layers.start(cost);
     std::vector<uint8_t> won(row * static_cast<size_t>(block));
-    for (int64_t p = 1; p < last; ++p) {
-        if ((p - 1) % block == 0) checkpoints.push_back(cost);
-        layers.advance(p, cost, next, block == last ? won.data() + (p - 1) * row : nullptr);
+    layers.start(cost);
+    for (int64_t q = 1;; ++q) {
+        // A shorter path wins a tie, then the smaller last step.
+        const Band& band = layers.band(q);
+        if (q >= first_end && end_frame >= band.low && end_frame <= band.high)
+            for (int64_t a = 1; a <= s; ++a) {
+                const double total = cost[(end_frame - band.low) * s + a - 1] + problem.end_cost[a - 1];
+                if (total < path.total) path.total = total, p = q, b = a;
+            }
+        if (q == last) break;
+        if ((q - 1) % block == 0) checkpoints.push_back(cost);
+        layers.advance(q, cost, next, one_block ? won.data() + (q - 1) * row : nullptr);
         cost.swap(next);
     }
-    // At the end the band is one frame; the smaller last step wins a tie.
-    const int64_t end_step = std::min_element(cost.begin(), cost.begin() + s) - cost.begin() + 1;
-    path.total = cost[end_step - 1];
     path.found = path.total < kInf;
     if (!path.found) return path;
 
-    path.frames.assign(last + 1, 0);
-    path.frames[last] = anchors.back().frame;
-    int64_t k = anchors.back().frame, b = end_step, p = last;
-    path.frames[p - 1] = k - b;
-    for (int64_t part = static_cast<int64_t>(checkpoints.size()) - 1; part >= 0; --part) {
-        const int64_t first = 1 + part * block;
-        if (block != last) {
+    path.frames.assign(p + 1, 0);
+    path.frames[p] = end_frame;
+    path.frames[p - 1] = end_frame - b;
+    int64_t k = end_frame;
+    while (p > 1) {
+        const int64_t part = (p - 2) / block, first = 1 + part * block;
+        if (!one_block) {
             cost = checkpoints[part];
             for (int64_t q = first; q < p; ++q) {
                 layers.advance(q, cost, next, won.data() + (q - first) * row);

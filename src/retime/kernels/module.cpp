@@ -4,6 +4,7 @@
 #include <nanobind/ndarray.h>
 
 #include "layered.hpp"
+#include "priced.hpp"
 #include "scores.hpp"
 
 namespace nb = nanobind;
@@ -55,12 +56,37 @@ NB_MODULE(_kernels, m) {
               retime::conditional_scores(p, nearest.data(), n_threads, out.data());
           });
 
-    m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, size_t memory_limit) {
+    m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max, Doubles start_cost, Doubles end_cost,
+                             size_t memory_limit) {
         const auto anchors = anchors_of(positions, frames);
+        const retime::PathProblem problem{scores.data(), scores.shape(0), scores.shape(1), anchors, last_position_max, start_cost.data(), end_cost.data()};
         retime::Path path;
         {
             nb::gil_scoped_release unlocked;
-            path = retime::layered_path(scores.data(), scores.shape(0), scores.shape(1), anchors, memory_limit);
+            path = retime::layered_path(problem, memory_limit);
+        }
+        return to_python(std::move(path));
+    });
+
+    m.def("priced_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max, Doubles start_cost, Doubles end_cost,
+                            size_t max_labels) {
+        const auto anchors = anchors_of(positions, frames);
+        const retime::PathProblem problem{scores.data(), scores.shape(0), scores.shape(1), anchors, last_position_max, start_cost.data(), end_cost.data()};
+        retime::PricedPath result;
+        {
+            nb::gil_scoped_release unlocked;
+            result = retime::priced_path(problem, max_labels);
+        }
+        return nb::make_tuple(to_python(std::move(result.path)), result.lower_bound, result.gave_up, result.labels, result.passes, result.sweeps);
+    });
+
+    m.def("free_path", [](Doubles scores, Integers positions, Integers frames, Doubles start_cost, Doubles end_cost) {
+        const auto anchors = anchors_of(positions, frames);
+        const retime::PathProblem problem{scores.data(), scores.shape(0), scores.shape(1), anchors, 0, start_cost.data(), end_cost.data()};
+        retime::Path path;
+        {
+            nb::gil_scoped_release unlocked;
+            path = retime::free_path(problem);
         }
         return to_python(std::move(path));
     });

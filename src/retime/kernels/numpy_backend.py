@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from retime.kernels import FloatArray, IntArray
+from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath
 
 _LANES = 8
 _BLOCK_NUMBERS = 4 << 20
@@ -133,42 +133,44 @@ def conditional_scores(
     return out
 
 
-def layered_path(
-    scores: FloatArray, positions: IntArray, frames: IntArray, memory_limit: int
-) -> tuple[IntArray, float] | None:
+def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
     """Find the best path; see `retime.kernels.Backend` and layered.cpp, whose recurrence this is."""
+    scores, last = problem.scores, problem.last_position_max
     n_input, max_skip = scores.shape[:2]
-    last = int(positions[-1])
-    first_frame, last_frame = int(frames[0]), int(frames[-1])
-    anchors = dict(zip(positions.tolist(), frames.tolist(), strict=True))
-    if last == 1:
-        step = last_frame - first_frame
-        return (np.array([first_frame, last_frame], dtype=np.int64), 0.0) if 1 <= step <= max_skip else None
-    cost = np.full((n_input, max_skip), np.inf)
-    reach = min(max_skip, n_input - 1 - first_frame)
-    cost[first_frame + 1 : first_frame + 1 + reach][np.arange(reach), np.arange(reach)] = 0.0
+    end_frame, first_end = n_input - 1, int(problem.positions[-1])
+    anchors = dict(zip(problem.positions[:-1].tolist(), problem.frames[:-1].tolist(), strict=True))
+    cost = _first_steps(problem)
     _keep(cost, anchors.get(1))
 
-    row_bytes = n_input * max_skip
-    block = last if row_bytes * last <= memory_limit else max(1, math.isqrt(8 * last))
+    block = max(1, last - 1)
+    if n_input * max_skip * block > memory_limit:
+        block = max(1, math.isqrt(8 * last))
     won = np.zeros((block, n_input, max_skip), dtype=np.uint8)
     checkpoints: list[FloatArray] = []
-    for p in range(1, last):
-        if (p - 1) % block == 0:
+    total, p, step = np.inf, 0, 0
+    for q in range(1, last + 1):
+        if q >= first_end:
+            # A shorter path wins a tie, then the smaller last step.
+            ends = cost[end_frame] + problem.end_cost
+            a = int(np.argmin(ends))
+            if ends[a] < total:
+                total, p, step = float(ends[a]), q, a + 1
+        if q == last:
+            break
+        if (q - 1) % block == 0:
             checkpoints.append(cost)
-        cost = _advance(scores, cost, won[(p - 1) % block])
-        _keep(cost, anchors.get(p + 1))
-    step = int(np.argmin(cost[last_frame])) + 1
-    total = float(cost[last_frame, step - 1])
+        cost = _advance(scores, cost, won[(q - 1) % block])
+        _keep(cost, anchors.get(q + 1))
     if not total < np.inf:
         return None
 
-    path = np.empty(last + 1, dtype=np.int64)
-    path[last], path[last - 1] = last_frame, last_frame - step
-    p, k = last, last_frame
-    for part in reversed(range(len(checkpoints))):
+    path = np.empty(p + 1, dtype=np.int64)
+    path[p], path[p - 1] = end_frame, end_frame - step
+    k = end_frame
+    while p > 1:
+        part = (p - 2) // block
         start = 1 + part * block
-        if part < len(checkpoints) - 1:
+        if len(checkpoints) > 1:
             cost = checkpoints[part]
             for q in range(start, p):
                 cost = _advance(scores, cost, won[q - start])
@@ -179,6 +181,50 @@ def layered_path(
             path[q - 2] = k - step
         p = start
     return path, total
+
+
+def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
+    """Find the best path of any length; see `retime.kernels.Backend`."""
+    scores = problem.scores
+    n_input, max_skip = scores.shape[:2]
+    reach = np.full(n_input, max_skip)
+    for frame in problem.frames[1:].tolist():
+        near = np.arange(max(0, frame - max_skip), frame)
+        reach[near] = np.minimum(reach[near], frame - near)
+    cost = _first_steps(problem)
+    for b in range(int(reach[0]) + 1, max_skip + 1):
+        cost[b : b + 1, b - 1] = np.inf
+    won = np.zeros((n_input, max_skip), dtype=np.uint8)
+    for j in range(1, n_input - 1):
+        totals = cost[j][:, None] + scores[j]
+        best = np.argmin(totals, axis=0)
+        won[j] = best + 1
+        steps = np.arange(min(int(reach[j]), n_input - 1 - j))
+        cost[j + 1 + steps, steps] = totals[best[steps], steps]
+    ends = cost[-1] + problem.end_cost
+    step = int(np.argmin(ends)) + 1
+    total = float(ends[step - 1])
+    if not total < np.inf:
+        return None
+    path = [n_input - 1, n_input - 1 - step]
+    while path[-1] > 0:
+        step = int(won[path[-1], step - 1])
+        path.append(path[-1] - step)
+    return np.array(path[::-1], dtype=np.int64), total
+
+
+def priced_path(problem: PathProblem, max_labels: int) -> PricedPath | None:
+    """Leave it to the layered recurrence; see `retime.kernels.Backend`."""
+    return None
+
+
+def _first_steps(problem: PathProblem) -> FloatArray:
+    """Costs (n_input, max_skip) after the first step."""
+    n_input, max_skip = problem.scores.shape[:2]
+    cost = np.full((n_input, max_skip), np.inf)
+    steps = np.arange(min(max_skip, n_input - 1))
+    cost[steps + 1, steps] = problem.start_cost[steps]
+    return cost
 
 
 def _keep(cost: FloatArray, frame: int | None) -> None:
@@ -195,6 +241,6 @@ def _advance(scores: FloatArray, cost: FloatArray, won: np.ndarray) -> FloatArra
     won[...] = best + 1
     least = np.take_along_axis(totals, best[:, None, :], axis=1)[:, 0]
     following = np.full_like(cost, np.inf)
-    for b in range(1, cost.shape[1] + 1):
+    for b in range(1, min(cost.shape[1], len(cost) - 1) + 1):
         following[b:, b - 1] = least[: len(least) - b, b - 1]
     return following

@@ -21,7 +21,10 @@ AnyMotion = TypeVar("AnyMotion", Motion, Signal)
 def output_frame_times(warp: Warp, rate: float) -> FloatArray:
     """Return the output time of each frame that a warp gives at `rate`, seconds; the last one is the warp's end."""
     n_output = max(1, round(warp.output_duration * rate) + 1)
-    return np.minimum(warp.output_start + np.arange(n_output) / rate, warp.output_end)
+    times = warp.output_start + np.arange(n_output) / rate
+    if n_output > 1:
+        times[-1] = warp.output_end
+    return times
 
 
 def apply_warp(motion: AnyMotion, warp: Warp, *, average: bool = True) -> AnyMotion:
@@ -110,7 +113,10 @@ def _average_where_fast(
     assert isinstance(motion, Motion)
     rotations, translations = result.rotations.copy(), result.local_translations.copy()
     # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
+    # Where they go all the way round, and cancel, there is none: those joints keep the sampled rotation.
     turned = _window_means(_one_side(motion.rotations), low, high)
+    apart = np.sum(turned * turned, axis=-1) < 0.1**2
+    turned[apart] = rotations[fast][apart]
     rotations[fast] = rotation.normalize(turned)
     translations[fast] = _window_means(motion.local_translations, low, high)
     return replace(result, rotations=rotations, translations=translations)

@@ -8,6 +8,7 @@ warp means the same numbers in every program that draws straight lines between k
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -21,6 +22,9 @@ FloatArray = NDArray[np.float64]
 
 _VERSION = 1
 _MAX_KNOTS = 20_000_000
+_MAX_DEPTH = 64
+# Seconds. Two knots closer than this are one: the slope between them would be made of rounding errors.
+_SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True, order=True)
@@ -57,7 +61,7 @@ class Warp:
     Raises
     ------
     OptionError
-        Fewer than two knots, times that are not finite, or output times that don't increase.
+        Fewer than two knots, times (of knots or keytimes) that are not finite, or output times that don't increase.
 
     Examples
     --------
@@ -85,7 +89,10 @@ class Warp:
         if not (np.isfinite(output_times).all() and np.isfinite(input_times).all()):
             knot = int(np.flatnonzero(~(np.isfinite(output_times) & np.isfinite(input_times)))[0])
             raise OptionError(f"knot {knot} of the warp is not finite: {output_times[knot]}, {input_times[knot]}")
-        stuck = np.flatnonzero(np.diff(output_times) <= 0)
+        for key in self.keytimes:
+            if not (math.isfinite(key.output_time) and math.isfinite(key.input_time)):
+                raise OptionError(f"a keytime of the warp is not finite: {key.output_time}, {key.input_time}")
+        stuck = np.flatnonzero(output_times[1:] <= output_times[:-1])
         if len(stuck):
             knot = int(stuck[0])
             raise OptionError(
@@ -119,7 +126,7 @@ class Warp:
     @property
     def monotone(self) -> bool:
         """Whether the warp plays forward everywhere, without a hold."""
-        return bool(np.all(np.diff(self.input_times) > 0))
+        return bool(np.all(self.input_times[1:] > self.input_times[:-1]))
 
     def __call__(self, output_times: ArrayLike) -> FloatArray:
         """Return the input time (seconds) shown at each output time (seconds); held at the ends outside."""
@@ -140,7 +147,7 @@ class Warp:
             The warp holds or runs backward somewhere: one input time then has several output times, or none.
         """
         if not self.monotone:
-            piece = int(np.flatnonzero(np.diff(self.input_times) <= 0)[0])
+            piece = int(np.flatnonzero(self.input_times[1:] <= self.input_times[:-1])[0])
             raise InfeasibleWarpError(
                 f"the warp holds or runs backward from output time {self.output_times[piece]:g} s, so it has no inverse"
             )
@@ -153,7 +160,8 @@ class Warp:
         `first` maps the new output time to what this warp calls output time. Its keytimes and this one's are dropped:
         they speak of a time in between.
         """
-        knots = [first.output_times]
+        # Where `first` passes a knot of this warp on its way, the result has a corner.
+        corners = [np.empty(0)]
         for before, after, a, b in zip(
             first.output_times[:-1],
             first.output_times[1:],
@@ -162,10 +170,11 @@ class Warp:
             strict=True,
         ):
             if a != b:
-                low, high = np.searchsorted(self.output_times, [min(a, b), max(a, b)], side="right")
-                inner = self.output_times[low : int(high)]
-                knots.append(before + (inner - a) / (b - a) * (after - before))
-        times = np.unique(np.concatenate(knots))
+                low = np.searchsorted(self.output_times, min(a, b), side="right")
+                high = np.searchsorted(self.output_times, max(a, b), side="left")
+                inner = self.output_times[low:high]
+                corners.append(before + (inner - a) / (b - a) * (after - before))
+        times = add_times(first.output_times, np.concatenate(corners))
         return Warp(times, self(first(times)), method=self.method, name=self.name)
 
     def smooth(self, window: float, *, at: ArrayLike | None = None) -> Warp:
@@ -191,9 +200,9 @@ class Warp:
         if not (np.isfinite(window) and window >= 0):
             raise OptionError(f"the smoothing window must be 0 or more seconds, found {window}")
         start, end = self.output_start, self.output_end
-        inner = np.array([key.output_time for key in self.keytimes if start < key.output_time < end])
+        inner = np.unique([key.output_time for key in self.keytimes if start < key.output_time < end])
         wanted = self.output_times if at is None else np.asarray(at, dtype=np.float64)
-        times = np.unique(np.concatenate([[start], wanted[(wanted > start) & (wanted < end)], inner, [end]]))
+        times = add_times(np.concatenate([[start], inner, [end]]), wanted[(wanted > start) & (wanted < end)])
         half = np.full(len(times), min(window, self.output_duration) / 2)
         if len(inner):
             later = np.clip(np.searchsorted(inner, times), 0, len(inner) - 1)
@@ -221,7 +230,9 @@ class Warp:
                 break
             here = np.where(live, piece, last)
             a, b = np.maximum(low, t[here]), np.minimum(high, t[here + 1])
-            slope = (w[here + 1] - w[here]) / (t[here + 1] - t[here])
+            # Reflected about an end, the shortest pieces may round to none.
+            width = t[here + 1] - t[here]
+            slope = (w[here + 1] - w[here]) / np.where(width > 0, width, np.inf)
             middle = w[here] + slope * ((a + b) / 2 - t[here]) - centre
             area += np.where(live, (b - a) * middle, 0.0)
             piece = piece + 1
@@ -253,15 +264,14 @@ class Warp:
         if not isinstance(document, dict) or document.get("format") != "retime-warp":
             raise FormatError('expected a warp: a JSON object with "format": "retime-warp"')
         version = document.get("version")
-        if version != _VERSION:
+        if version != _VERSION or not _is_number(version):
             raise FormatError(f"warp version {version!r} is not one that this program reads (it reads {_VERSION})")
-        output_times = _numbers(document, "output_times")
-        input_times = _numbers(document, "input_times")
+        output_times = _numbers("output_times", document.get("output_times"))
+        input_times = _numbers("input_times", document.get("input_times"))
         pairs = document.get("keytimes", [])
-        if not isinstance(pairs, list) or not all(
-            isinstance(pair, list) and len(pair) == 2 and all(_is_number(x) for x in pair) for pair in pairs
-        ):
+        if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
             raise FormatError("keytimes: expected pairs of numbers, [output time, input time] in seconds")
+        keytimes = _numbers("keytimes", [number for pair in pairs for number in pair]).reshape(-1, 2).tolist()
         texts = {key: document.get(key, "") for key in ("method", "name")}
         for key, value in texts.items():
             if not isinstance(value, str):
@@ -270,7 +280,7 @@ class Warp:
             return cls(
                 output_times,
                 input_times,
-                tuple(Keytime(float(o), float(i)) for o, i in pairs),
+                tuple(Keytime(o, i) for o, i in keytimes),
                 method=texts["method"],
                 name=texts["name"],
             )
@@ -287,20 +297,32 @@ def _parse_json(text: str | bytes) -> Any:
             text = text.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             raise FormatError("expected JSON in UTF-8", byte=error.start) from None
+    too_deep = f"not a warp: JSON nested more than {_MAX_DEPTH} deep"
     try:
-        return json.loads(text, parse_constant=refuse)
+        document = json.loads(text, parse_constant=refuse)
     except json.JSONDecodeError as error:
         raise FormatError(f"not JSON: {error.msg}", line=error.lineno, column=error.colno) from None
     except RecursionError:
-        raise FormatError("not a warp: JSON nested too deeply") from None
+        raise FormatError(too_deep) from None
+    except FormatError:
+        raise
+    except ValueError:
+        # Python refuses to read whole numbers of thousands of digits.
+        raise FormatError("not a warp: it holds a whole number with too many digits") from None
+    level = [document]
+    for _ in range(_MAX_DEPTH):
+        inside = (node.values() if isinstance(node, dict) else node for node in level if isinstance(node, dict | list))
+        level = [child for children in inside for child in children if isinstance(child, dict | list)]
+        if not level:
+            return document
+    raise FormatError(too_deep)
 
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _numbers(document: dict[str, Any], key: str) -> FloatArray:
-    values = document.get(key)
+def _numbers(key: str, values: object) -> FloatArray:
     if not isinstance(values, list) or not all(_is_number(value) for value in values):
         raise FormatError(f"{key}: expected a list of numbers")
     if len(values) > _MAX_KNOTS:
@@ -311,6 +333,15 @@ def _numbers(document: dict[str, Any], key: str) -> FloatArray:
         raise FormatError(f"{key}: a number is too large") from None
 
 
+def add_times(times: FloatArray, more: FloatArray) -> FloatArray:
+    """Add times to increasing ones, except where one within a billionth of a second is there already."""
+    more = np.unique(more)
+    place = np.searchsorted(times, more)
+    earlier, later = times[np.maximum(place - 1, 0)], times[np.minimum(place, len(times) - 1)]
+    more = more[np.minimum(np.abs(more - earlier), np.abs(later - more)) > _SAME_TIME]
+    return np.union1d(times, more[np.diff(more, prepend=-np.inf) > _SAME_TIME])
+
+
 def blend(a: Warp, b: Warp, weight: ArrayLike | Sequence[float]) -> Warp:
     """Mix two warps of the same ends: ``(1 - weight) a + weight b`` (§5).
 
@@ -319,7 +350,7 @@ def blend(a: Warp, b: Warp, weight: ArrayLike | Sequence[float]) -> Warp:
     Parameters
     ----------
     a, b : Warp
-        With the same output range.
+        With the same output range. The result has `a`'s keytimes.
     weight : float
         0 gives `a`, 1 gives `b`.
     """
@@ -331,5 +362,10 @@ def blend(a: Warp, b: Warp, weight: ArrayLike | Sequence[float]) -> Warp:
             f"only warps of the same output range can be mixed: {a.output_start:g}–{a.output_end:g} s and "
             f"{b.output_start:g}–{b.output_end:g} s"
         )
-    times = np.union1d(a.output_times, b.output_times)
-    return Warp(times, (1 - share) * a(times) + share * b(times), a.keytimes, method="blend", name=a.name)
+    inner = b.output_times[(b.output_times > a.output_start) & (b.output_times < a.output_end)]
+    times = add_times(a.output_times, inner)
+    one, other = a(times), b(times)
+    other[0], other[-1] = b.input_times[0], b.input_times[-1]
+    # Written so that times on which both agree stay as they are, bit for bit.
+    mixed = one + share * (other - one) if share < 1 else other
+    return Warp(times, mixed, a.keytimes, method="blend", name=a.name)

@@ -64,7 +64,8 @@ def pose_vectors(motion: Motion | Signal, space: str | None = None) -> FloatArra
 def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
     """Remove fast detail from each column: uniform and zero-phase (§3.2, against temporal aliasing).
 
-    A Gaussian that halves the power at `cutoff`; ends are continued by point reflection, so they keep their slope.
+    The Gaussian of discrete time, with the width that halves the power at `cutoff`; ends are continued by point
+    reflection, so they keep their slope.
 
     Parameters
     ----------
@@ -79,10 +80,13 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
         raise OptionError(f"the low-pass cutoff must be 0 (off) or more Hz, found {cutoff}")
     if cutoff == 0 or cutoff >= float(rate) / 2 or len(vectors) < 2:
         return vectors
-    sigma = math.sqrt(math.log(2)) / (2 * math.pi * cutoff) * float(rate)
-    reach = min(math.ceil(4 * sigma), len(vectors) - 1)
-    offsets = np.arange(-reach, reach + 1)
-    taps = np.exp(-0.5 * (offsets / sigma) ** 2)
+    from scipy.special import ive
+
+    # Taps e^-t I_n(t) pass exp(t (cos ω - 1)) of a wave at ω. Samples of the Gaussian itself would pass too much where
+    # the cutoff comes near half the rate.
+    variance = math.log(2) / (2 * (1 - math.cos(2 * math.pi * cutoff / float(rate))))
+    reach = min(math.ceil(4 * math.sqrt(variance)) + 2, len(vectors) - 1)
+    taps = ive(np.abs(np.arange(-reach, reach + 1)), variance)
     taps /= taps.sum()
     wide = np.pad(vectors, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
     out = taps[reach] * vectors

@@ -117,9 +117,9 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
         raise OptionError(f"upsample must be at least 1, found {upsample}")
     ordered = check_keytimes(keytimes, duration)
     start = ordered[0].output_time
-    positions = [round((key.output_time - start) * rate) for key in ordered]
+    positions = [_nearest_frame((key.output_time - start) * rate) for key in ordered]
     grid = rate * upsample
-    places = [round(key.input_time * grid) for key in ordered]
+    places = [_nearest_frame(key.input_time * grid) for key in ordered]
     frames = [0]
     unrolled = [np.array([places[0]])]
     for span in range(len(ordered) - 1):
@@ -139,6 +139,11 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
         frames.append(frames[-1] + len(unrolled[-1]))
     input_times = np.clip(np.concatenate(unrolled) / grid, 0.0, duration)
     return Reduction(ordered, tuple(positions), tuple(frames), input_times, rate, upsample)
+
+
+def _nearest_frame(place: float) -> int:
+    """Round halves up: to even, as `round` does, two keytimes a period apart could meet in one frame."""
+    return math.floor(place + 0.5 + 1e-6)
 
 
 def knots_of_path(reduction: Reduction, path: IntArray) -> Warp:

@@ -90,9 +90,3 @@ def check_reference(n_reference: int, n_neighbors: int) -> None:
             f"the reference has {n_reference} frames at the analysis rate; n_neighbors={n_neighbors} needs at least "
             f"{n_neighbors + 2}: give a longer reference, a higher rate, or fewer neighbours"
         )
-
-
-def path_scores(scores: FloatArray, path: np.ndarray) -> FloatArray:
-    """Return the score of each inner frame of a path, shape (n_output - 2,); their sum is the objective (Eq. 1)."""
-    steps = np.diff(path)
-    return np.asarray(scores[path[1:-1], steps[:-1] - 1, steps[1:] - 1])

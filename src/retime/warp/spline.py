@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from retime.errors import InfeasibleWarpError
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Keytime, Warp, add_times
 
 
 def linear_warp(keytimes: Sequence[Keytime]) -> Warp:
@@ -45,7 +45,7 @@ def spline_warp(keytimes: Sequence[Keytime], *, rate: float = 120.0) -> Warp:
     input_times = np.array([key.input_time for key in ordered])
     start, end = output_times[0], output_times[-1]
     n_knots = max(2, round((end - start) * rate) + 1)
-    times = np.union1d(np.linspace(start, end, n_knots), output_times)
+    times = add_times(output_times, np.linspace(start, end, n_knots))
     values = np.asarray(PchipInterpolator(output_times, input_times)(times))
     values[np.searchsorted(times, output_times)] = input_times
     return Warp(times, values, ordered, method="spline")

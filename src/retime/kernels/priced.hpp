@@ -1,0 +1,22 @@
+#pragma once
+
+#include "kernels.hpp"
+
+namespace retime {
+
+struct PricedPath {
+    Path path;
+    double lower_bound = 0.0;
+    int64_t labels = 0;      // labels carried in the last pass
+    int64_t passes = 0;      // passes with a widening gap
+    int64_t sweeps = 0;      // sweeps that looked for the price
+    bool gave_up = false;    // more labels than allowed: the layered recurrence is the better way
+};
+
+// The best path through every anchor, found by a price on the count and proved by its bound.
+PricedPath priced_path(const PathProblem& problem, size_t max_labels);
+
+// The best path of any length through the anchors' frames; their positions are ignored.
+Path free_path(const PathProblem& problem);
+
+}  // namespace retime
