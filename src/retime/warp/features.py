@@ -84,7 +84,8 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
 
     # Taps e^-t I_n(t) pass exp(t (cos ω - 1)) of a wave at ω. Samples of the Gaussian itself would pass too much where
     # the cutoff comes near half the rate.
-    variance = math.log(2) / (2 * (1 - math.cos(2 * math.pi * cutoff / float(rate))))
+    # (The floor keeps a cutoff of next to nothing finite: an average of everything.)
+    variance = math.log(2) / max(4 * math.sin(math.pi * cutoff / float(rate)) ** 2, 1e-8)
     reach = min(math.ceil(4 * math.sqrt(variance)) + 2, len(vectors) - 1)
     taps = ive(np.abs(np.arange(-reach, reach + 1)), variance)
     taps /= taps.sum()
