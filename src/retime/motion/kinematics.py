@@ -145,7 +145,8 @@ def flights(motion: Motion, *, clearance: float = 0.04, minimum: float = 0.1) ->
     """Find the flights of jumps: stretches in which the body falls freely and touches nothing.
 
     In flight the lowest joint is off the ground, and the mean height of the joints accelerates downward at more than
-    half of gravity, averaged over the stretch.
+    half of gravity, averaged over the stretch. Where the ground is not level or the feet bend, a stretch off the ground
+    is longer than its flight; then the parts of it count that fall throughout, at more than 0.7 of gravity on average.
 
     Parameters
     ----------
@@ -167,14 +168,38 @@ def flights(motion: Motion, *, clearance: float = 0.04, minimum: float = 0.1) ->
     heights = np.concatenate([poses.positions[:, :, 1], poses.end_positions[:, :, 1]], axis=1) * scale
     lowest = heights.min(axis=1)
     free = lowest - np.quantile(lowest, 0.1) > clearance
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
+    height = poses.positions[:, :, 1].mean(axis=1) * scale
     rate = float(motion.rate)
+    least = max(4, minimum * rate)
     found = []
-    for start, stop in edges.reshape(-1, 2):
-        if stop - start < max(4, minimum * rate):
+    for start, stop in _runs(free):
+        if stop - start < least:
             continue
-        times = np.arange(stop - start) / rate
-        acceleration = 2 * np.polyfit(times, poses.positions[start:stop, :, 1].mean(axis=1) * scale, 2)[0]
-        if acceleration < -GRAVITY / 2:
-            found.append((int(start), int(stop) - 1))
+        if _acceleration(height[start:stop], rate) < -GRAVITY / 2:
+            found.append((start, stop - 1))
+            continue
+        for begin, end in _runs(_local_acceleration(height, rate)[start:stop] < -GRAVITY / 2):
+            if end - begin >= least and _acceleration(height[start + begin : start + end], rate) < -0.7 * GRAVITY:
+                found.append((start + begin, start + end - 1))
     return found
+
+
+def _runs(flags: np.ndarray) -> list[tuple[int, int]]:
+    """Stretches of true values, half-open."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(int)))
+    return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]
+
+
+def _acceleration(heights: FloatArray, rate: float) -> float:
+    """Acceleration of the parabola through all heights."""
+    return float(2 * np.polyfit(np.arange(len(heights)) / rate, heights, 2)[0])
+
+
+def _local_acceleration(heights: FloatArray, rate: float) -> FloatArray:
+    """Acceleration of the parabola through the heights of each tenth of a second."""
+    half = min(max(1, round(rate / 20)), len(heights) - 1)
+    square = np.arange(-half, half + 1) ** 2.0
+    square -= square.mean()
+    taps = 2 * rate**2 * square / np.sum(square**2)
+    wide = np.pad(heights, half, mode="reflect", reflect_type="odd")
+    return np.convolve(wide, taps, mode="valid")
