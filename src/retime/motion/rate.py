@@ -1,44 +1,53 @@
 """Exact frame rates.
 
 Files and people write rates as rounded decimals: 23.976 means 24000/1001, a frame time of .0083333 means 1/120.
-A decimal stands for the interval of numbers that round (or were cut) to it; the plainest rate in that interval is the
+A decimal stands for the interval of numbers that round, or were cut, to it; the plainest rate in that interval is the
 one that was meant.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from fractions import Fraction
 
 from retime.errors import OptionError
 
 _DECIMAL = re.compile(r"\+?(\d+(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
-_FRACTION = re.compile(r"(\d{1,12})/(\d{1,12})", re.ASCII)
+_FRACTION = re.compile(r"(\d{1,30})/(\d{1,30})", re.ASCII)
 _NTSC = tuple(Fraction(n * 1000, 1001) for n in (24, 30, 48, 60, 120, 240))
+# Rates that cameras and programs offer, for decimals so short that they fit several whole rates.
+_USUAL = (12, 15, 24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
+# Beyond these a number is no frame rate but a mistake, and arithmetic with it could overflow.
+_SLOWEST, _FASTEST = Fraction(1, 10**6), Fraction(10**6)
 
 
-def _interval(text: str) -> tuple[Fraction, Fraction]:
-    """Return a written decimal and the size of one unit in its last place."""
+def _interval(text: str) -> tuple[Fraction, Fraction, Fraction]:
+    """Return a written decimal, and the interval (its upper end excluded) of what rounds or was cut to it."""
     match = _DECIMAL.fullmatch(text.strip())
-    if match is None:
-        raise ValueError(f"expected a positive decimal number, found {text!r}")
-    decimals = len(match[2] or match[3] or "")
-    exponent = int(match[4] or 0)
-    return Fraction(text.strip()), Fraction(10) ** (exponent - decimals)
+    # Python reads no longer integers than this.
+    if match is None or len(text) > 4000:
+        raise ValueError(f"expected a positive decimal number, found {text[:60]!r}")
+    written = Fraction(text.strip())
+    unit = Fraction(10) ** (int(match[4] or 0) - len(match[2] or match[3] or ""))
+    # All the digits of a float claim more than a float knows.
+    noise = written / 2**50
+    return written, written - max(unit / 2, noise), written + max(unit, noise)
 
 
-def _plainest(low: Fraction, high: Fraction, written: Fraction) -> Fraction:
-    """Return the whole rate, else the NTSC rate, in an interval; else a plain fraction; else the rate as written."""
-    whole = Fraction(round(written))
-    if whole > 0 and low <= whole <= high:
-        return whole
-    for rate in _NTSC:
-        if low <= rate <= high:
+def _plainest(low: Fraction, high: Fraction, written: Fraction, fits: Callable[[Fraction], bool]) -> Fraction:
+    """Return the plainest rate that fits: a whole one, an NTSC one, a simple fraction; else the rate as written."""
+    if written.denominator == 1:
+        return written
+    first, last = -(-low // 1), high // 1
+    wholes = (first,) if first == last else _USUAL
+    for rate in (*map(Fraction, wholes), *_NTSC):
+        if fits(rate):
             return rate
     simplest = _simplest(low, high)
     # Fractions up to a denominator q lie about 1/q**2 apart. One in an interval a thousand times narrower is no
     # accident: somebody wrote the digits of that fraction.
-    if simplest.denominator**2 * (high - low) * 1000 < 1:
+    if fits(simplest) and simplest.denominator**2 * (high - low) * 1000 < 1:
         return simplest
     return written
 
@@ -74,21 +83,21 @@ def rate_from_frame_time(text: str) -> Fraction:
     Raises
     ------
     ValueError
-        Not a positive decimal number.
+        Not a decimal number from 0.000001 to 1,000,000.
 
     Examples
     --------
     >>> rate_from_frame_time(".0083333"), rate_from_frame_time("0.04170833")
     (Fraction(120, 1), Fraction(24000, 1001))
     """
-    written, unit = _interval(text)
-    if written <= 0:
-        raise ValueError(f"expected a frame time above 0, found {text!r}")
-    # Some programs cut the decimals instead of rounding them: a whole unit to either side.
-    low, high = written - unit, written + unit
-    # Few digits (0.03) must not make a rate out of thin air: no more than 1 % away.
-    low, high = max(low, written * Fraction(99, 100)), min(high, written * Fraction(101, 100))
-    return _plainest(1 / high, 1 / low, 1 / written)
+    written, low, high = _interval(text)
+    if not 1 / _FASTEST <= written <= 1 / _SLOWEST:
+        raise ValueError(
+            f"expected a frame time from {float(1 / _FASTEST)} to {float(1 / _SLOWEST)} seconds, found {text[:60]!r}"
+        )
+    # Few digits (0.03) must not make a rate out of thin air: no more than 2 % away.
+    low, high = max(low, written * Fraction(98, 100)), min(high, written * Fraction(102, 100))
+    return _plainest(1 / high, 1 / low, 1 / written, lambda rate: low <= 1 / rate < high)
 
 
 def parse_rate(value: str | float | Fraction) -> Fraction:
@@ -102,12 +111,12 @@ def parse_rate(value: str | float | Fraction) -> Fraction:
     Returns
     -------
     Fraction
-        The exact rate, above 0.
+        The exact rate, from 0.000001 to 1,000,000.
 
     Raises
     ------
     OptionError
-        Not a positive finite number.
+        Not a number in that range.
 
     Examples
     --------
@@ -123,12 +132,15 @@ def parse_rate(value: str | float | Fraction) -> Fraction:
             if pair is not None:
                 rate = Fraction(int(pair[1]), int(pair[2]))
             else:
-                written, unit = _interval(text)
-                rate = written
-                if rate.denominator != 1:
-                    rate = _plainest(written - unit, written + unit, written) if unit < Fraction(1, 5) else written
+                written, low, high = _interval(text)
+                if written > 0:
+                    rate = _plainest(low, high, written, lambda rate: low <= rate < high)
+                else:
+                    rate = written
         except (ValueError, ZeroDivisionError):
-            raise OptionError(f"expected a frame rate such as 30, 29.97 or 30000/1001, found {value!r}") from None
-    if rate <= 0:
-        raise OptionError(f"expected a frame rate above 0, found {value!r}")
+            raise OptionError(
+                f"expected a frame rate such as 30, 29.97 or 30000/1001, found {str(value)[:60]!r}"
+            ) from None
+    if not _SLOWEST <= rate <= _FASTEST:
+        raise OptionError(f"expected a frame rate from {float(_SLOWEST)} to {_FASTEST}, found {str(value)[:60]!r}")
     return rate
