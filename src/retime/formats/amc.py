@@ -12,7 +12,7 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -24,6 +24,7 @@ from retime.formats.asf import Asf, find_asf, make_asf, parse_asf, refuse_other_
 from retime.formats.files import read_bytes, write_bytes
 from retime.formats.number_text import NumberTextError, parse_count, parse_number, parse_numbers, show
 from retime.formats.options import Limits, ReadOptions
+from retime.formats.text_lines import without_byte_order_mark
 from retime.motion import rotation
 from retime.motion.motion import Declaration, Motion
 from retime.motion.rate import parse_rate
@@ -44,6 +45,9 @@ _CHANNEL_NAMES = {
     "ry": "Yrotation",
     "rz": "Zrotation",
 }
+# For an ASF that is already in memory: one that was read within its reader's limits, or one made here, whose helper bones
+# may lead past those that the motion keeps.
+_UNBOUNDED = Limits(joints=1 << 40, depth=1 << 40, line_bytes=1 << 40, name_bytes=1 << 40)
 # Of the longest offset: what a program that works in 32-bit numbers leaves of a translation that doesn't move.
 _STILL = 1e-5
 
@@ -112,7 +116,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     FormatWarning
         The rate was assumed, joints were left out of frames, or a damaged end was cut (``options.repair``).
     """
-    data = data.removeprefix(b"\xef\xbb\xbf")
+    data = without_byte_order_mark(path, data)
     refuse_other_kinds(path, data, "an AMC motion")
     asf_path = options.skeleton
     if asf_path is None:
@@ -551,7 +555,7 @@ class _Output:
 def _output(motion: Motion, path: Path) -> _Output:
     declaration = motion.declaration
     if isinstance(declaration, AsfDeclaration):
-        asf = parse_asf(Path(declaration.asf_name), declaration.asf, Limits())
+        asf = parse_asf(Path(declaration.asf_name), declaration.asf, _UNBOUNDED)
         skeleton = motion.skeleton
         if (
             asf.skeleton.names == skeleton.names
@@ -571,8 +575,7 @@ def _output(motion: Motion, path: Path) -> _Output:
             FormatWarning,
             stacklevel=4,
         )
-    # Helper bones may lead past the limits that the motion itself keeps.
-    asf = parse_asf(path.with_suffix(".asf"), text, replace(Limits(), joints=1 << 30, depth=1 << 30))
+    asf = parse_asf(path.with_suffix(".asf"), text, _UNBOUNDED)
     place = {name: joint for joint, name in enumerate(names)}
     joints = tuple(place.get(name, -1) for name in asf.skeleton.names)
     made = AsfDeclaration(

@@ -24,6 +24,7 @@ from retime.errors import FormatError
 from retime.formats.foreign import foreign_kind
 from retime.formats.number_text import NumberTextError, parse_number, show
 from retime.formats.options import Limits
+from retime.formats.text_lines import without_byte_order_mark
 from retime.motion import rotation
 from retime.motion.rotation import FloatArray
 from retime.motion.skeleton import EndSite, Skeleton
@@ -98,8 +99,6 @@ def refuse_other_kinds(path: Path, data: bytes, expected: str) -> None:
     kind = foreign_kind(data)
     if kind is not None and kind != expected:
         raise FormatError(f"this is {kind}; expected {expected}", path=path)
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise FormatError(f"this is UTF-16 text; save it as UTF-8; expected {expected}", path=path)
     zero = data.find(b"\0")
     if zero >= 0:
         raise FormatError(f"binary data, not text; expected {expected}", path=path, byte=zero)
@@ -170,7 +169,7 @@ def parse_asf(path: Path, data: bytes, limits: Limits) -> Asf:
     FormatError
         Anything that is not an ASF, with its line.
     """
-    data = data.removeprefix(b"\xef\xbb\xbf")
+    data = without_byte_order_mark(path, data)
     refuse_other_kinds(path, data, "an ASF skeleton")
     return _Parser(path, data, limits).asf()
 

@@ -1,0 +1,452 @@
+"""CSV: a signal as a table, a row for each frame and a column for each channel.
+
+The first row names the columns; where it is all numbers there is no such row, and they are called c0, c1 ... A column
+called time, t, seconds or timestamp gives the rate and is no channel, and neither is one called frame that counts up by
+one. Fields are separated by commas, semicolons or tabs, whichever the first line uses.
+
+A spreadsheet takes a field that begins with ``=``, ``+``, ``-`` or ``@`` for a formula. Names that do are written with
+an apostrophe before them, which reading takes off again.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import warnings
+from array import array
+from collections.abc import Iterator
+from fractions import Fraction
+from io import BytesIO, StringIO
+from pathlib import Path
+
+import numpy as np
+
+from retime.errors import FormatError, FormatWarning
+from retime.formats.files import write_bytes
+from retime.formats.foreign import foreign_kind
+from retime.formats.number_text import NumberTextError, parse_number, parse_table
+from retime.formats.options import ReadOptions
+from retime.formats.text_lines import without_byte_order_mark
+from retime.motion.motion import Motion
+from retime.motion.rate import rate_from_frame_time
+from retime.motion.rotation import FloatArray
+from retime.motion.signal import Signal
+
+TIME_NAMES = ("time", "t", "seconds", "timestamp")
+_FRAME_NAME = "frame"
+_FORMULA = re.compile(r"[\s']*[=+\-@]")
+_ESCAPED = re.compile(r"'[\s']*[=+\-@]")
+# Rows are parsed in pieces of this size: parsing takes some ten times the memory of its text.
+_PIECE_BYTES = 1 << 22
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
+    """Read a CSV table.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    data : bytes
+        What it holds.
+    options : ReadOptions
+        What the reader was told. A ``rate`` takes the place of the time column's, whose times then need not be even.
+
+    Returns
+    -------
+    Signal
+        The first frame's number is the first time times the rate, where that is whole; else what a frame column says.
+
+    Raises
+    ------
+    FormatError
+        Rows of different lengths, names that repeat, a field that is no finite number, times that are not even, or
+        no rate.
+
+    Warns
+    -----
+    FormatWarning
+        Rows were cut off where the file is damaged (``options.repair``).
+    """
+    kind = foreign_kind(data)
+    data = without_byte_order_mark(path, data)
+    try:
+        zero = data.find(b"\0")
+        if zero >= 0:
+            raise FormatError("binary data, not text; expected a table of numbers", path=path, byte=zero)
+        if not data.strip():
+            raise FormatError("the file is empty; expected a table of numbers", path=path)
+        table = _Table(path, data, options)
+        for note in table.read_rows():
+            warnings.warn(f"{path}: {note}", FormatWarning, stacklevel=2)
+        return table.signal()
+    except FormatError as error:
+        if kind is None:
+            raise
+        raise FormatError(
+            f"this is {kind}; expected a table of numbers", path=path, line=error.line, byte=error.byte
+        ) from None
+
+
+class _Table:
+    """The rows of one file."""
+
+    def __init__(self, path: Path, data: bytes, options: ReadOptions) -> None:
+        self.path = path
+        self.options = options
+        if b"\r" in data:
+            data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        self.data = data
+        try:
+            data.decode("utf-8")
+            self.encoding = "utf-8"
+        except UnicodeDecodeError:
+            self.encoding = "cp1252"
+        self.delimiter = self.find_delimiter()
+        self.body, self.body_line = 0, 1
+        self.names = self.header()
+        self.values = np.empty((0, len(self.names)))
+
+    def error(self, line: int | None, problem: str) -> FormatError:
+        return FormatError(problem, path=self.path, line=line)
+
+    def find_delimiter(self) -> str:
+        """Take a tab or semicolon where the first line that isn't blank has one, outside of quotes; else the comma."""
+        first = next(line for line in BytesIO(self.data) if line.strip())
+        plain = re.sub(rb'"[^"]*"', b"", first)
+        for delimiter in "\t;":
+            # White space around a lone column is no delimiter.
+            if delimiter.encode() in plain.strip():
+                return delimiter
+        return "," if not self.options.decimal_comma else ";"
+
+    def rows(self, data: bytes, first_line: int) -> Iterator[tuple[int, int, list[str]]]:
+        """Yield each row's line, the offset after it, and its fields; blank rows are left out."""
+        offset = 0
+        limit = self.options.limits.line_bytes
+
+        def lines() -> Iterator[str]:
+            nonlocal offset
+            for number, line in enumerate(BytesIO(data), first_line):
+                if len(line) > limit:
+                    raise self.error(
+                        number, f"the line has {len(line)} bytes, the limit is {limit} (Limits.line_bytes)"
+                    )
+                offset += len(line)
+                yield line.decode(self.encoding, "replace")
+
+        reader = csv.reader(lines(), delimiter=self.delimiter, strict=True)
+        before = 0
+        while True:
+            try:
+                row = next(reader)
+            except StopIteration:
+                return
+            except csv.Error as error:
+                raise self.error(first_line + before, f"not a row of a table: {error}") from None
+            fields = [field.strip() for field in row]
+            if fields and fields != [""]:
+                yield first_line + before, offset, fields
+            before = reader.line_num
+
+    def header(self) -> list[str]:
+        line, offset, fields = next(self.rows(self.data, 1), (1, 0, []))
+        if not fields:
+            raise self.error(None, "the file is blank; expected a table of numbers")
+        if len(fields) > self.options.limits.channels:
+            raise self.error(
+                line, f"{len(fields)} columns, the limit is {self.options.limits.channels} (Limits.channels)"
+            )
+        if all(self.numeric(field) for field in fields):
+            return [f"c{i}" for i in range(len(fields))]
+        self.body = offset
+        self.body_line = 1 + self.data.count(b"\n", 0, offset)
+        names = []
+        columns: dict[str, int] = {}
+        for i, field in enumerate(fields, 1):
+            name = field[1:] if _ESCAPED.match(field) else field
+            if not name:
+                raise self.error(line, f"column {i} of {len(fields)} has no name")
+            if len(name.encode()) > self.options.limits.name_bytes:
+                raise self.error(
+                    line,
+                    f"the name of column {i} is longer than {self.options.limits.name_bytes} bytes (Limits.name_bytes)",
+                )
+            if name in columns:
+                raise self.error(
+                    line, f"columns {columns[name]} and {i} are both called {name!r}; each needs its own name"
+                )
+            columns[name] = i
+            names.append(name)
+        return names
+
+    def numeric(self, field: str) -> bool:
+        """Whether a field of the first row is meant as a number, be it one that is refused later."""
+        try:
+            parse_number(field.encode(), decimal_comma=self.options.decimal_comma)
+        except NumberTextError:
+            return re.fullmatch(r"[+-]?(nan|inf|infinity)", field, re.IGNORECASE) is not None
+        return True
+
+    def read_rows(self) -> list[str]:
+        """Read all rows; the notes say what was cut off of a damaged file."""
+        pieces: list[FloatArray] = []
+        notes = []
+        n_rows = 0
+        start, line = self.body, self.body_line
+        limit = self.options.limits.frames
+        while start < len(self.data):
+            stop = self.data.find(b"\n", start + _PIECE_BYTES) + 1 or len(self.data)
+            piece = self.data[start:stop]
+            rows = self.plain_rows(piece)
+            failure = None
+            if rows is None:
+                rows, failure = self.careful_rows(piece, line)
+            n_rows += len(rows)
+            pieces.append(rows)
+            if n_rows > limit:
+                raise self.error(None, f"more than {limit} rows (Limits.frames)")
+            if failure is not None:
+                if not self.options.repair or not n_rows:
+                    raise failure
+                notes.append(f"{n_rows} whole rows were kept; then {failure}")
+                break
+            start, line = stop, line + piece.count(b"\n")
+        if not n_rows:
+            raise self.error(line, "the table has names and no row of numbers")
+        self.values = np.concatenate(pieces)
+        return notes
+
+    def plain_rows(self, piece: bytes) -> FloatArray | None:
+        """Parse rows of unquoted numbers, fast; None where anything else is among them."""
+        delimiter = self.delimiter.encode()
+        if b" " in piece:
+            piece = piece.replace(delimiter + b" ", delimiter).replace(b" " + delimiter, delimiter)
+        # Other blanks would hide an empty field from the count below.
+        if any(blank in piece for blank in (b" ", b"\t", b"\v", b"\f") if blank != delimiter):
+            return None
+        if delimiter != b"\t":
+            piece = piece.replace(delimiter, b" ")
+        table = parse_table(piece, decimal_comma=self.options.decimal_comma and delimiter != b",")
+        if table is None or table.shape[1] != len(self.names):
+            return None
+        return table
+
+    def careful_rows(self, piece: bytes, first_line: int) -> tuple[FloatArray, FormatError | None]:
+        """Parse rows one at a time, up to the first that can't be."""
+        values = array("d")
+        failure = None
+        n_columns = len(self.names)
+        try:
+            for line, _, fields in self.rows(piece, first_line):
+                if len(fields) != n_columns:
+                    raise self.error(
+                        line,
+                        f"the row has {len(fields)} field{'s' * (len(fields) != 1)}, the first row has {n_columns}"
+                        + (f" (separated by {self.delimiter!r})" if 1 in (len(fields), n_columns) else ""),
+                    )
+                values.extend([self.number(line, i, field) for i, field in enumerate(fields)])
+        except FormatError as error:
+            failure = error
+        return np.array(values).reshape(-1, n_columns), failure
+
+    def number(self, line: int, column: int, field: str) -> float:
+        try:
+            return parse_number(field.encode(), decimal_comma=self.options.decimal_comma)
+        except NumberTextError as error:
+            problem = error.problem if field else "is empty; expected a number"
+            raise self.error(line, f"column {self.names[column]!r}: {problem}") from None
+
+    def line_of_row(self, wanted: int) -> int:
+        """Find the line of a row of numbers."""
+        for row, (line, _, _) in enumerate(self.rows(self.data[self.body :], self.body_line)):
+            if row == wanted:
+                return line
+        raise AssertionError("the row was read from this file")
+
+    def signal(self) -> Signal:
+        """Make a signal of what was read."""
+        lower = [name.lower() for name in self.names]
+        time = next((i for i, name in enumerate(lower) if name in TIME_NAMES), None)
+        frame = lower.index(_FRAME_NAME) if _FRAME_NAME in lower else None
+        if frame is not None and (len(lower) - (time is not None) < 2 or not _counts_up(self.values[:, frame])):
+            frame = None
+        rate = self.options.rate
+        if rate is None:
+            if time is None:
+                raise self.error(
+                    None,
+                    f"the table has no column of times ({', '.join(TIME_NAMES)}), so its rate must be given (--fps)",
+                )
+            rate = self.rate_of(self.values[:, time], self.names[time])
+        kept = [i for i in range(len(lower)) if i not in (time, frame)]
+        if not kept:
+            raise self.error(None, f"the table has no column beside {self.names[time or 0]!r}")
+        first_frame = None if time is None else _whole(float(self.values[0, time]) * float(rate))
+        if first_frame is None:
+            first_frame = 0 if frame is None else int(self.values[0, frame])
+        return Signal(
+            tuple(self.names[i] for i in kept),
+            np.ascontiguousarray(self.values[:, kept]),
+            rate=rate,
+            name=self.path.stem,
+            time_column="" if time is None else self.names[time],
+            first_frame=first_frame,
+        )
+
+    def rate_of(self, times: FloatArray, name: str) -> Fraction:
+        """Find the rate of a column of times, which must be even."""
+        hint = "; a rate that is given (--fps) takes the rows as even"
+        if len(times) == 1:
+            raise self.error(None, f"a single row's {name!r} gives no rate, so it must be given (--fps)")
+        far = np.flatnonzero(~(np.abs(times) < 2.0**53))
+        if len(far):
+            row = int(far[0])
+            raise self.error(
+                self.line_of_row(row), f"row {row + 1}: {name!r} is {times[row]:.6g}, too large for a time{hint}"
+            )
+        steps = np.diff(times)
+        back = np.flatnonzero(~(steps > 0))
+        if len(back):
+            row = int(back[0]) + 1
+            raise self.error(
+                self.line_of_row(row),
+                f"row {row + 1}: {name!r} goes from {times[row - 1]:.10g} to {times[row]:.10g}; times must "
+                f"increase{hint}",
+            )
+        step = float((times[-1] - times[0]) / (len(times) - 1))
+        off = np.abs(steps - step)
+        if off.max() > max(0.01 * step, min(2 * _unit(times), 0.75 * step)):
+            row = int(off.argmax()) + 1
+            raise self.error(
+                self.line_of_row(row),
+                f"row {row + 1}: {name!r} goes from {times[row - 1]:.10g} to {times[row]:.10g}, a step of "
+                f"{steps[row - 1]:.6g} where the mean is {step:.6g}; times must be even{hint}",
+            )
+        rate = _rate(times)
+        if rate is None:
+            raise self.error(None, f"the step of {name!r}, {step:.6g}, gives no rate")
+        return rate
+
+
+def _counts_up(values: FloatArray) -> bool:
+    """Whether numbers are whole and go up by one."""
+    with np.errstate(over="ignore"):
+        return _whole(float(values[0])) == values[0] and bool(np.all(np.diff(values) == 1))
+
+
+def _whole(number: float) -> int | None:
+    """Round a number that is whole, but for the rounding of what it was made of; None where it isn't."""
+    if not abs(number) < 2**53 or abs(number - round(number)) > 0.01:
+        return None
+    return round(number)
+
+
+def _unit(times: FloatArray) -> float:
+    """Find the size of one in the last decimal that times are written with."""
+    largest = float(np.max(np.abs(times)))
+    spacing = 2 * float(np.spacing(largest))
+    for decimals in range(17):
+        if 10.0**-decimals <= spacing:
+            break
+        if np.array_equal(np.round(times, decimals), times):
+            return 10.0**-decimals
+    return spacing
+
+
+def _rate(times: FloatArray) -> Fraction | None:
+    """Find the exact rate behind times that are even but for their last decimal."""
+    step = Fraction(float(times[-1])) - Fraction(float(times[0]))
+    step /= len(times) - 1
+    # Each end is rounded, or cut, by one unit at most; a frame time must not be written more exactly than it is known.
+    known = _unit(times) / (len(times) - 1)
+    decimals = min(max(math.floor(-math.log10(known)), 0), 30)
+    text = f"{round(step * 10**decimals)}e-{decimals}"
+    written = Fraction(text)
+    if written <= 0:
+        return None
+    rate = rate_from_frame_time(text)
+    if rate == 1 / written:
+        # No rate that is whole, nor of television: the plainest fraction that the digits allow.
+        unit = Fraction(1, 10**decimals)
+        for digits in range(1, 19):
+            plain = rate.limit_denominator(10**digits)
+            if plain > 0 and abs(1 / plain - written) <= unit and abs(1 / plain - written) * 100 <= written:
+                return plain
+    return rate
+
+
+def write(signal: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+    """Write a CSV table: a column of times, then the channels, with as many digits as bring the numbers back.
+
+    Parameters
+    ----------
+    signal : Signal
+        What to write. Its column of times keeps its name; where it had none it is called time. The first frame's time
+        is its number divided by the rate.
+    path : Path
+        Where.
+    overwrite : bool
+        Replace a file that is there.
+
+    Raises
+    ------
+    FormatError
+        Names are empty or repeat.
+    OutputExistsError
+        The file is there, and `overwrite` is not set.
+
+    Warns
+    -----
+    FormatWarning
+        The times can't say the rate exactly (a single row, say).
+    """
+    if not isinstance(signal, Signal):
+        raise FormatError("a CSV table holds a signal, not a motion", path=path)
+    seen: set[str] = set()
+    for name in signal.names:
+        if not name.strip():
+            raise FormatError("a channel has no name, which a CSV table can't hold", path=path)
+        if name in seen:
+            raise FormatError(f"two channels are called {name!r}, which a CSV table can't hold", path=path)
+        seen.add(name)
+    time = next(
+        (name for name in (signal.time_column, *TIME_NAMES) if name.lower() in TIME_NAMES and name not in seen), None
+    )
+    if time is None:
+        raise FormatError(
+            f"channels have all names that a column of times can have: {', '.join(TIME_NAMES)}", path=path
+        )
+    times, decimals = _exact_times(signal, path)
+    write_bytes(path, _parts(signal, time, times, decimals), overwrite=overwrite)
+
+
+def _exact_times(signal: Signal, path: Path) -> tuple[FloatArray, int]:
+    """Find times with just enough decimals for a reader to find the exact rate, six at least."""
+    frames = signal.first_frame + np.arange(signal.n_frames, dtype=np.float64)
+    times = frames * signal.rate.denominator / signal.rate.numerator
+    # Two digits at least must tell neighbouring times apart.
+    least = max(6, 2 + math.ceil(math.log10(float(signal.rate))))
+    if signal.n_frames > 1:
+        for decimals in range(least, least + 12):
+            written = np.round(times, decimals)
+            if np.all(np.diff(written) > 0) and _rate(written) == signal.rate:
+                return written, decimals
+    warnings.warn(
+        f"{path}: the column of times can't say that the rate is {signal.rate}; give it when the file is read (--fps)",
+        FormatWarning,
+        stacklevel=4,
+    )
+    return times, least + 6
+
+
+def _parts(signal: Signal, time: str, times: FloatArray, decimals: int) -> Iterator[bytes]:
+    """Yield the file's bytes, some rows at a time."""
+    text = StringIO()
+    names = (f"'{name}" if _FORMULA.match(name) else name for name in signal.names)
+    csv.writer(text, lineterminator="\n").writerow([time, *names])
+    yield text.getvalue().encode("utf-8", "replace")
+    for start in range(0, signal.n_frames, 1024):
+        rows = zip(times[start : start + 1024].tolist(), signal.values[start : start + 1024].tolist(), strict=True)
+        yield "".join([f"{at:.{decimals}f},{','.join(map(repr, row))}\n" for at, row in rows]).encode()

@@ -1,0 +1,386 @@
+"""NPY and NPZ: a signal as NumPy's arrays.
+
+A .npy file is one array: (n_frames,), (n_frames, n_channels) or markers (n_frames, n_markers, 3). It holds no rate,
+which must be given. A .npz archive holds the same as ``values``, and may hold ``rate`` (text such as "24000/1001", or a
+number), ``names`` and ``first_frame``.
+
+Only plain numbers and text are read: nothing is unpickled or evaluated, and a claimed size is compared with the bytes
+that are there before anything is made of it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+import warnings
+import zipfile
+import zlib
+from dataclasses import dataclass
+from fractions import Fraction
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from retime.errors import FormatError, FormatWarning, InvalidMotionError, OptionError
+from retime.formats.files import write_bytes
+from retime.formats.foreign import foreign_kind
+from retime.formats.options import Limits, ReadOptions
+from retime.motion.motion import Motion
+from retime.motion.rate import parse_rate
+from retime.motion.rotation import FloatArray
+from retime.motion.signal import Signal
+
+_MAGIC = b"\x93NUMPY"
+_HEADER_BYTES = 4096
+_DESCR = rb"['\"]descr['\"]\s*:\s*['\"](?P<descr>[<>|=]?[A-Za-z?][0-9]{0,6})['\"]"
+_ORDER = rb"['\"]fortran_order['\"]\s*:\s*(?P<order>True|False)"
+_SHAPE = rb"['\"]shape['\"]\s*:\s*\((?P<shape>(?:\s*[0-9]{1,18}L?\s*,)*(?:\s*[0-9]{1,18}L?)?\s*)\)"
+# The header is a Python dictionary of these three in any order. Matched, never evaluated.
+_HEADERS = tuple(
+    re.compile(rb"\{\s*" + rb"\s*,\s*".join(items) + rb"\s*,?\s*\}\s*")
+    for items in (
+        (_DESCR, _ORDER, _SHAPE),
+        (_DESCR, _SHAPE, _ORDER),
+        (_ORDER, _DESCR, _SHAPE),
+        (_ORDER, _SHAPE, _DESCR),
+        (_SHAPE, _DESCR, _ORDER),
+        (_SHAPE, _ORDER, _DESCR),
+    )
+)
+_NUMBER_BYTES = {"i": (1, 2, 4, 8), "u": (1, 2, 4, 8), "f": (2, 4, 8), "b": (1,)}
+_REFUSED = {"O": "Python objects, which are never loaded", "c": "complex numbers", "m": "time spans", "M": "dates"}
+# A small member may be all zeros, and so compress well past the ratio; only a large one can hurt.
+_SMALL_MEMBER = 1 << 20
+_KNOWN_MEMBERS = ("values.npy", "rate.npy", "names.npy", "first_frame.npy")
+
+
+@dataclass(frozen=True)
+class _Array:
+    """An array that was described and not yet made: its kind, size of an item, byte order, shape and bytes."""
+
+    kind: str
+    item_bytes: int
+    little: bool
+    fortran: bool
+    shape: tuple[int, ...]
+    data: memoryview
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
+    """Read a .npy array or a .npz archive, whichever the bytes are.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for messages.
+    data : bytes
+        What it holds.
+    options : ReadOptions
+        What the reader was told; a .npy needs a ``rate``.
+
+    Returns
+    -------
+    Signal
+        Channels are called c0, c1 ..., those of markers m0.x, m0.y, m0.z, m1.x ..., or as the archive says.
+
+    Raises
+    ------
+    FormatError
+        Not an array of finite numbers in one of the shapes, a claim that the bytes don't bear out, or no rate.
+
+    Warns
+    -----
+    FormatWarning
+        Frames that were cut off were left out (``options.repair``).
+    """
+    if data.startswith(_MAGIC):
+        members = {"values": _parse(path, data, "the array", options)}
+    elif data.startswith(b"PK"):
+        members = _members(path, data, options)
+    elif not data:
+        raise FormatError("the file is empty; expected a NumPy array (NPY) or archive (NPZ)", path=path)
+    else:
+        kind = foreign_kind(data) or f"found the bytes {data[:6].hex(' ')}"
+        raise FormatError(f"expected a NumPy array (NPY) or archive (NPZ), {kind}", path=path, byte=0)
+    values, names = _values(path, members["values"], options.limits)
+    rate = options.rate
+    if rate is None and "rate" in members:
+        rate = _rate(path, members["rate"])
+    if rate is None:
+        raise FormatError("the file holds no rate, so it must be given (--fps)", path=path)
+    if "names" in members:
+        names = _names(path, members["names"], values.shape[1], options.limits)
+    first_frame = 0
+    if "first_frame" in members:
+        first_frame = int(_number(path, members["first_frame"], "first_frame", "iu"))
+    try:
+        return Signal(names, values, rate=rate, name=path.stem, first_frame=first_frame)
+    except InvalidMotionError as error:
+        raise FormatError(str(error), path=path) from None
+
+
+def _parse(path: Path, data: bytes, what: str, options: ReadOptions) -> _Array:
+    """Read the header of an array and compare its claim with the bytes that follow."""
+    version = data[6:8]
+    if version == b"\x01\x00":
+        size, start = struct.calcsize("<H"), 10
+    elif version in (b"\x02\x00", b"\x03\x00"):
+        size, start = struct.calcsize("<I"), 12
+    else:
+        raise FormatError(f"{what} has version {version.hex('.')}; expected 1, 2 or 3", path=path, byte=6)
+    length = int.from_bytes(data[8 : 8 + size], "little")
+    if length > _HEADER_BYTES or start + length > len(data):
+        raise FormatError(
+            f"{what} claims a header of {length} bytes; {max(len(data) - start, 0)} follow, and the limit is "
+            f"{_HEADER_BYTES}",
+            path=path,
+            byte=8,
+        )
+    header = data[start : start + length]
+    match = next((match for pattern in _HEADERS if (match := pattern.fullmatch(header))), None)
+    if match is None:
+        text = header[:80].decode("latin-1").strip()
+        raise FormatError(
+            f"{what} has a header that describes no plain array: {text!r}; records and objects are not read",
+            path=path,
+            byte=start,
+        )
+    descr = match["descr"].decode()
+    shape = tuple(int(part.strip(b" \t\r\n\v\fL")) for part in match["shape"].split(b",") if part.strip())
+    kind, item_bytes, little = _item(path, what, descr, start)
+    fortran = match["order"] == b"True"
+    body = memoryview(data)[start + length :]
+    claimed = math.prod(shape) * item_bytes
+    if claimed != len(body):
+        whole = len(body) // (math.prod(shape[1:]) * item_bytes or 1)
+        if options.repair and what == "the array" and not fortran and len(shape) and 0 < whole < shape[0]:
+            warnings.warn(f"{path}: {whole} of {shape[0]} frames are there and were kept", FormatWarning, stacklevel=4)
+            shape = (whole, *shape[1:])
+            body = body[: math.prod(shape) * item_bytes]
+        else:
+            raise FormatError(
+                f"{what} claims shape {shape} of {descr!r}, {claimed} bytes; {len(body)} bytes follow",
+                path=path,
+                byte=start + length,
+            )
+    return _Array(kind, item_bytes, little, fortran, shape, body)
+
+
+def _item(path: Path, what: str, descr: str, byte: int) -> tuple[str, int, bool]:
+    """Take a type description apart: kind, bytes of an item, and whether the least significant comes first."""
+    match = re.fullmatch(r"([<>|=]?)([A-Za-z?])([0-9]*)", descr)
+    assert match is not None
+    order, kind, digits = match.groups()
+    count = int(digits or 0)
+    if kind == "?":
+        kind, count = "b", 1
+    if count in _NUMBER_BYTES.get(kind, ()):
+        return kind, count, order != ">"
+    if kind in "SU" and count > 0:
+        return kind, count * (4 if kind == "U" else 1), order != ">"
+    held = _REFUSED.get(kind, f"the type {descr!r}")
+    raise FormatError(f"{what} holds {held}; expected real numbers of 1 to 8 bytes", path=path, byte=byte)
+
+
+def _floats(path: Path, what: str, array: _Array) -> FloatArray:
+    """Make an array of doubles."""
+    if array.kind in "SU":
+        raise FormatError(f"{what} holds text; expected numbers", path=path)
+    if array.kind == "b":
+        # Any byte but 0 counts as true.
+        raw = np.frombuffer(array.data, dtype=np.uint8) != 0
+    else:
+        order = "<" if array.little else ">"
+        raw = np.frombuffer(array.data, dtype=np.dtype(f"{order}{array.kind}{array.item_bytes}"))
+    if array.kind in "iu" and array.item_bytes == 8 and len(raw):
+        # Beyond this, neighbouring whole numbers are one double.
+        largest = max(int(raw.max()), -int(raw.min()))
+        if largest > 2**53:
+            raise FormatError(f"{what} holds {largest}, more than 2**53, which a double can't hold exactly", path=path)
+    # A signalling NaN would warn; it is refused with its frame and channel later.
+    with np.errstate(invalid="ignore"):
+        doubles: FloatArray = raw.astype(np.float64)
+    return doubles.reshape(array.shape, order="F" if array.fortran else "C")
+
+
+def _values(path: Path, array: _Array, limits: Limits) -> tuple[FloatArray, tuple[str, ...]]:
+    """Make the table of values, shape (n_frames, n_channels), and its channels' plain names."""
+    shape = array.shape
+    if not (len(shape) in (1, 2) or (len(shape) == 3 and shape[2] == 3)) or 0 in shape:
+        raise FormatError(
+            f"values have shape {shape}; expected (n_frames,), (n_frames, n_channels) or (n_frames, n_markers, 3)",
+            path=path,
+        )
+    n_channels = math.prod(shape[1:])
+    if n_channels > limits.channels:
+        raise FormatError(f"{n_channels} channels, the limit is {limits.channels} (Limits.channels)", path=path)
+    if shape[0] > limits.frames:
+        raise FormatError(f"{shape[0]} frames, the limit is {limits.frames} (Limits.frames)", path=path)
+    values = np.ascontiguousarray(_floats(path, "values", array)).reshape(shape[0], n_channels)
+    return values, _plain_names(n_channels, markers=len(shape) == 3)
+
+
+def _plain_names(n_channels: int, *, markers: bool) -> tuple[str, ...]:
+    if markers:
+        return tuple(f"m{i // 3}.{'xyz'[i % 3]}" for i in range(n_channels))
+    return tuple(f"c{i}" for i in range(n_channels))
+
+
+def _number(path: Path, array: _Array, what: str, kinds: str) -> float:
+    if array.kind not in kinds or math.prod(array.shape) != 1:
+        raise FormatError(f"{what} has shape {array.shape} and kind {array.kind!r}; expected one number", path=path)
+    return float(_floats(path, what, array).reshape(()))
+
+
+def _rate(path: Path, array: _Array) -> Fraction:
+    try:
+        if array.kind in "SU":
+            (text,) = _texts(path, "rate", array)
+            return parse_rate(text)
+        return parse_rate(_number(path, array, "rate", "iuf"))
+    except OptionError as error:
+        raise FormatError(f"rate: {error}", path=path) from None
+    except ValueError:
+        raise FormatError(f"rate has shape {array.shape}; expected one text or number", path=path) from None
+
+
+def _names(path: Path, array: _Array, n_channels: int, limits: Limits) -> tuple[str, ...]:
+    if array.kind not in "SU" or array.shape != (n_channels,):
+        raise FormatError(
+            f"names have shape {array.shape} and kind {array.kind!r}; expected {n_channels} texts, one a channel",
+            path=path,
+        )
+    if array.item_bytes > 4 * limits.name_bytes:
+        raise FormatError(
+            f"names of up to {array.item_bytes} bytes, the limit is {limits.name_bytes} (Limits.name_bytes)", path=path
+        )
+    names = _texts(path, "names", array)
+    first: dict[str, int] = {}
+    for i, name in enumerate(names):
+        if first.setdefault(name, i) != i:
+            raise FormatError(f"channels {first[name]} and {i} are both called {name!r}", path=path)
+    return tuple(names)
+
+
+def _texts(path: Path, what: str, array: _Array) -> list[str]:
+    """Decode an array of texts of fixed length, padded with zeros."""
+    encoding = "utf-8" if array.kind == "S" else "utf-32-le" if array.little else "utf-32-be"
+    data = bytes(array.data)
+    size = array.item_bytes
+    try:
+        return [data[i : i + size].decode(encoding).rstrip("\0") for i in range(0, len(data), size)]
+    except UnicodeDecodeError as error:
+        raise FormatError(f"{what} hold no text: {error.reason}", path=path) from None
+
+
+def _members(path: Path, data: bytes, options: ReadOptions) -> dict[str, _Array]:
+    """Read the arrays of an archive that are known here."""
+    arrays: dict[str, _Array] = {}
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            members = archive.infolist()
+            _refuse_dangerous(path, members, options.limits, len(data))
+            for member in members:
+                if member.filename in _KNOWN_MEMBERS:
+                    with archive.open(member) as file:
+                        inflated = file.read(member.file_size + 1)
+                    if not inflated.startswith(_MAGIC):
+                        raise FormatError(f"{member.filename} is no NumPy array", path=path)
+                    name = member.filename.removesuffix(".npy")
+                    arrays[name] = _parse(path, inflated, name, options)
+            if "values" not in arrays:
+                there = ", ".join(repr(member.filename[:80]) for member in members[:8]) or "nothing"
+                raise FormatError(f"the archive has no array called values; it has {there}", path=path)
+    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError) as error:
+        raise FormatError(f"a damaged zip archive: {error}", path=path) from None
+    except (RuntimeError, ValueError, OverflowError, OSError) as error:
+        if isinstance(error, FormatError):
+            raise
+        raise FormatError(f"a zip archive that can't be read: {error}", path=path) from None
+    return arrays
+
+
+def _refuse_dangerous(path: Path, members: list[zipfile.ZipInfo], limits: Limits, n_bytes: int) -> None:
+    """Raise FormatError for members that no NPZ has, and for claims past the limits."""
+    seen = set()
+    for member in members:
+        name = member.filename
+        shown = repr(name[:80])
+        if name.startswith(("/", "\\")) or ".." in re.split(r"[/\\]", name) or ":" in name or "\0" in name:
+            raise FormatError(f"the member {shown} leads out of the archive", path=path)
+        if name in seen:
+            raise FormatError(f"two members are called {shown}", path=path)
+        seen.add(name)
+        if member.flag_bits & 0x1:
+            raise FormatError(f"the member {shown} is encrypted", path=path)
+        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise FormatError(f"the member {shown} is compressed by method {member.compress_type}", path=path)
+        if member.file_size > max(_SMALL_MEMBER, limits.zip_ratio * member.compress_size):
+            raise FormatError(
+                f"the member {shown} claims {member.file_size} bytes in {member.compress_size} compressed ones, "
+                f"more than {limits.zip_ratio}:1 (Limits.zip_ratio)",
+                path=path,
+            )
+    compressed = sum(member.compress_size for member in members)
+    if compressed > n_bytes:
+        raise FormatError(f"the members claim {compressed} compressed bytes; the file has {n_bytes}", path=path)
+    total = sum(member.file_size for member in members)
+    if total > limits.inflated_bytes:
+        raise FormatError(
+            f"the members claim {total} bytes, the limit is {limits.inflated_bytes} (Limits.inflated_bytes)", path=path
+        )
+
+
+def write(signal: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+    """Write a .npz archive with values, names and rate, or a .npy array of the values alone.
+
+    Parameters
+    ----------
+    signal : Signal
+        What to write.
+    path : Path
+        Where; its ending says which.
+    overwrite : bool
+        Replace a file that is there.
+
+    Raises
+    ------
+    OutputExistsError
+        The file is there, and `overwrite` is not set.
+
+    Warns
+    -----
+    FormatWarning
+        A .npy can't hold the channels' names. (It never holds the rate: a reader asks for it.)
+    """
+    if not isinstance(signal, Signal):
+        raise FormatError("a NumPy array holds a signal, not a motion", path=path)
+    n_channels = len(signal.names)
+    if path.suffix.lower() != ".npz":
+        plain = [_plain_names(n_channels, markers=markers) for markers in (False, True)]
+        if signal.names not in plain:
+            warnings.warn(
+                f"{path}: a .npy holds numbers alone; the names of {n_channels} channels are not kept "
+                "(a .npz keeps them)",
+                FormatWarning,
+                stacklevel=3,
+            )
+        write_bytes(path, _array_bytes(signal.values), overwrite=overwrite)
+        return
+    members = {"values": signal.values, "rate": np.array(str(signal.rate)), "names": np.array(signal.names)}
+    if signal.first_frame:
+        members["first_frame"] = np.array(signal.first_frame)
+    file = BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in members.items():
+            # The date is fixed, so that the same signal gives the same bytes.
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), _array_bytes(array))
+    write_bytes(path, file.getvalue(), overwrite=overwrite)
+
+
+def _array_bytes(array: np.ndarray) -> bytes:
+    file = BytesIO()
+    np.lib.format.write_array(file, np.asarray(array), allow_pickle=False)
+    return file.getvalue()
