@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import re
 from fractions import Fraction
 
 from retime.errors import OptionError
 
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)"
+# No time or length has more digits than these; Python would refuse, or overflow on, thousands of them.
+_NUMBER = r"[+-]?(?:\d{1,15}(?:\.\d{0,30})?|\.\d{1,30})"
 _SECONDS = re.compile(rf"({_NUMBER})\s*s?", re.ASCII)
-_FRAMES = re.compile(r"([+-]?\d+)\s*f", re.ASCII)
-_CLOCK = re.compile(r"(?:(\d+):)?(\d+):(\d{1,2}(?:\.\d*)?)", re.ASCII)
+_FRAMES = re.compile(r"([+-]?\d{1,15})\s*f", re.ASCII)
+_CLOCK = re.compile(r"(?:(\d{1,9}):)?(\d{1,9}):(\d{1,2}(?:\.\d{0,30})?)", re.ASCII)
 _PERCENT = re.compile(rf"({_NUMBER})\s*%", re.ASCII)
-_RANGE = re.compile(r"(-?\d*):(-?\d*)", re.ASCII)
+_RANGE = re.compile(r"(-?\d{1,15})?:(-?\d{1,15})?", re.ASCII)
 
 
 def parse_time(text: str | float, rate: Fraction) -> float:
@@ -40,12 +42,14 @@ def parse_time(text: str | float, rate: Fraction) -> float:
     >>> parse_time("60f", Fraction(120)), parse_time("1:02.5", Fraction(120))
     (0.5, 62.5)
     """
+    if isinstance(text, (int, float)) and math.isfinite(text):
+        return float(text)
     written = str(text).strip()
     if match := _SECONDS.fullmatch(written):
         return float(match[1])
     if match := _FRAMES.fullmatch(written):
         return float(int(match[1]) / rate)
-    if (match := _CLOCK.fullmatch(written)) and float(match[3]) < 60:
+    if (match := _CLOCK.fullmatch(written)) and float(match[3]) < 60 and (match[1] is None or int(match[2]) < 60):
         return int(match[1] or 0) * 3600 + int(match[2]) * 60 + float(match[3])
     raise OptionError(f"expected a time such as 2.5s, 120f or 1:02.500, found {text!r}")
 
@@ -121,8 +125,8 @@ def parse_frame_range(text: str, n_frames: int, first_frame: int = 0) -> tuple[i
     if match is None:
         raise OptionError(f"expected a range of frames such as 1:1980, found {text!r}")
     last_frame = first_frame + n_frames - 1
-    first = int(match[1]) if match[1] not in ("", "-") else first_frame
-    last = int(match[2]) if match[2] not in ("", "-") else last_frame
+    first = first_frame if match[1] is None else int(match[1])
+    last = last_frame if match[2] is None else int(match[2])
     if not first_frame <= first <= last <= last_frame:
         raise OptionError(f"frames {text} are not inside the clip, whose frames are {first_frame}:{last_frame}")
     return first - first_frame, last - first_frame + 1
