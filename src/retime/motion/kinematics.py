@@ -144,9 +144,9 @@ def metres_per_unit(motion: Motion) -> float:
 def flights(motion: Motion, *, clearance: float = 0.05, minimum: float = 0.1) -> list[tuple[int, int]]:
     """Find the flights of jumps: stretches in which the body falls freely and touches nothing.
 
-    In flight the lowest joint or end site is well off the ground, and the mean height of the joints accelerates downward at
-    more than half of gravity. The ground is the lowest that anything gets within three quarters of a second: captured floors are not
-    level, and stairs are not one floor.
+    In flight the lowest joint or end site is well off the ground, and the mean height of the joints accelerates
+    downward at more than half of gravity. The ground is the lowest that anything gets within three quarters of a
+    second: captured floors are not level, and stairs are not one floor.
 
     Parameters
     ----------
@@ -184,5 +184,6 @@ def flights(motion: Motion, *, clearance: float = 0.05, minimum: float = 0.1) ->
     free = (lowest - ground > clearance) & (acceleration < -GRAVITY / 2)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(np.int8), [0]])))
     return [
-        (int(start), int(stop) - 1) for start, stop in edges.reshape(-1, 2) if stop - start >= max(2.0, minimum * rate)
+        (int(start), int(stop) - 1) for start, stop in edges.reshape(-1, 2) if stop - start >= max(2.0, minimum *
+        rate)
     ]
