@@ -22,7 +22,7 @@ from retime.formats.number_text import (
     show,
 )
 from retime.formats.options import ReadOptions
-from retime.formats.text_lines import LINE_END, Lines
+from retime.formats.text_lines import LINE_END, Lines, count_line_ends
 from retime.motion.rate import rate_from_frame_time
 from retime.motion.rotation import FloatArray
 
@@ -208,25 +208,24 @@ class _Table:
             match = LINE_END.search(data, position + _BLOCK)
             stop = len(data) if match is None else match.end()
             text = data[position:stop]
-            rows = text.splitlines()
             if len(text) > self.limits.line_bytes:
-                self._check_lengths(rows)
+                self._check_lengths(text)
             table = None if self.begun else parse_table(text, decimal_comma=self.options.decimal_comma)
             if table is not None and table.shape[1] == self.n_channels:
                 self.blocks.append(table)
                 self.n_frames += len(table)
-                self.line += len(rows)
+                self.line += count_line_ends(text)
             else:
-                self._parse_lines(rows, ends_file=stop == len(data))
+                self._parse_lines(text.splitlines(), ends_file=stop == len(data))
             if self.n_frames > self.limits.frames:
                 self._fail(f"more than {self.limits.frames} frames are there (Limits.frames)")
             position = stop
         if self.begun:
             raise self._cut(len(self.begun))
 
-    def _check_lengths(self, rows: list[bytes]) -> None:
+    def _check_lengths(self, text: bytes) -> None:
         longest = self.limits.line_bytes
-        for number, row in enumerate(rows, start=self.line + 1):
+        for number, row in enumerate(text.splitlines(), start=self.line + 1):
             if len(row) > longest:
                 self.lines.fail(f"the line is longer than {longest} bytes (Limits.line_bytes)", line=number)
 

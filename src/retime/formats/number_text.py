@@ -1,4 +1,4 @@
-"""Decimal numbers in text, read strictly.
+"""Decimal numbers in text: read strictly, and written fast.
 
 A number is ``[+-]digits[.digits][e[+-]digits]`` in ASCII digits; ``.5`` and ``5.`` count too. Python's
 parsers take more (``1_0``, ``nan``, the digits of other scripts), and some of NumPy's take two numbers run
@@ -25,6 +25,8 @@ _NOT_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity|[0-9]\.#\w+)", re.IGNORECAS
 _COUNT = re.compile(rb"\+?[0-9]+")
 _TOKEN = re.compile(rb"[^ \t\r\n\v\f]+")
 _NUMBER_BYTES = b"0123456789+-.eE \t\r\n"
+# The digits of 0 to 999.
+_THREE_DIGITS = np.array([list(b"%03d" % n) for n in range(1000)], dtype=np.uint8)
 
 
 class NumberTextError(ValueError):
@@ -183,23 +185,57 @@ def parse_table(text: bytes, *, decimal_comma: bool = False) -> FloatArray | Non
         return None
     try:
         # With these characters alone loadtxt takes the grammar above, whole tokens only, rounded correctly.
-        table = np.loadtxt(text.decode("ascii").splitlines(), dtype=np.float64, ndmin=2)
+        table = np.loadtxt(text.decode("ascii").splitlines(), dtype=np.float64, comments=None, ndmin=2)
     except ValueError:
         return None
     return table if np.isfinite(table).all() else None
 
 
-def line_and_column(data: bytes, offset: int) -> tuple[int, int]:
-    r"""Find the line and column, both from 1, of the byte at `offset`.
+def format_table(values: FloatArray) -> bytes:
+    r"""Write rows of numbers with six decimals, a space between two and a line feed after each row.
 
-    Lines end in LF, CR or CRLF; columns count characters.
+    The text is that of ``"%.6f"``, but for a zero, which never has a sign, and for a number halfway between two last
+    digits, which may go either way. It takes a third of the time; the memory used is some thirty bytes a number, so a
+    long table is best written in pieces.
+
+    Parameters
+    ----------
+    values : float array, shape (n_rows, n_columns)
+        Finite numbers.
 
     Examples
     --------
-    >>> line_and_column(b"one\r\ntwo three", 9)
-    (2, 5)
+    >>> format_table(np.array([[1.5, -20.0], [-1e-9, 0.1]]))
+    b'1.500000 -20.000000\n0.000000 0.100000\n'
     """
-    crlf = data.count(b"\r\n", 0, offset)
-    line = 1 + data.count(b"\n", 0, offset) + data.count(b"\r", 0, offset) - crlf
-    start = 1 + max(data.rfind(b"\n", 0, offset), data.rfind(b"\r", 0, offset))
-    return line, len(data[start:offset].decode("utf-8", "replace")) + 1
+    flat = values.ravel()
+    millionths = np.rint(np.abs(flat) * 1e6)
+    if not np.all(millionths < 1e15):
+        row_text = " ".join(["%.6f"] * values.shape[1]) + "\n"
+        return "".join([row_text % tuple(row) for row in values.tolist()]).encode()
+    count = millionths.astype(np.int64)
+    whole = count // 1_000_000
+    decimals = (count - whole * 1_000_000).astype(np.uint32)
+    whole = whole.astype(np.uint32)
+    # Each number gets a sign, as many digits as the longest one, a point, six digits and a separator; what it does not
+    # need is left out in the end.
+    n_groups = max(1, -(-len(str(int(whole.max(initial=0)))) // 3))
+    point = 1 + 3 * n_groups
+    text = np.empty((len(flat), point + 8), dtype=np.uint8)
+    keep = np.ones(text.shape, dtype=bool)
+    text[:, 0] = ord("-")
+    keep[:, 0] = (flat < 0) & (count > 0)
+    left = whole
+    for stop in range(point, 1, -3):
+        upper = left // 1000
+        text[:, stop - 3 : stop] = _THREE_DIGITS[left - upper * 1000]
+        left = upper
+    for digit in range(1, 3 * n_groups):
+        keep[:, point - 1 - digit] = whole >= 10**digit
+    text[:, point] = ord(".")
+    thousandths = decimals // 1000
+    text[:, point + 1 : point + 4] = _THREE_DIGITS[thousandths]
+    text[:, point + 4 : point + 7] = _THREE_DIGITS[decimals - thousandths * 1000]
+    text[:, point + 7] = ord(" ")
+    text[values.shape[1] - 1 :: values.shape[1], point + 7] = ord("\n")
+    return text[keep].tobytes()

@@ -16,6 +16,19 @@ _NOT_BLANK = re.compile(rb"[^ \t\r\n\v\f]")
 _UTF16 = ((codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 
 
+def count_line_ends(text: bytes) -> int:
+    r"""Count the line ends of a text, each a LF, CR or CRLF.
+
+    Examples
+    --------
+    >>> count_line_ends(b"a\r\nb\rc\n")
+    3
+    """
+    ends = text.count(b"\n")
+    # The search for two bytes is the slow one, and most files have no CR.
+    return ends + text.count(b"\r") - text.count(b"\r\n") if b"\r" in text else ends
+
+
 def without_byte_order_mark(path: str | PathLike[str], data: bytes) -> bytes:
     """Return a text file's bytes as UTF-8 (or whatever has no mark), its byte order mark taken off.
 
