@@ -1,0 +1,207 @@
+"""Motions as values, and their sampling between frames."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
+
+from retime.errors import InvalidMotionError, OptionError
+from retime.motion import rotation
+from retime.motion.motion import Motion, frame_positions
+from retime.motion.skeleton import Skeleton
+from tests.motion.strategies import RATES, motions
+from tests.reference.sampling import frame_place
+
+ARM = Skeleton(("upper", "lower"), (-1, 0), np.array([[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]))
+
+
+def arm(n_frames: int = 3, **changes) -> Motion:
+    angles = np.linspace(0.0, 1.0, n_frames)[:, None] * np.array([1.0, -0.5])
+    parts = {
+        "rotations": rotation.about_axis(2, angles),
+        "translations": np.arange(n_frames * 6.0).reshape(n_frames, 2, 3),
+        "rate": Fraction(10),
+        **changes,
+    }
+    return Motion(ARM, **parts)
+
+
+class TestConstruction:
+    def test_translations_left_out_are_the_rest_offsets(self) -> None:
+        motion = arm(4, translations=None)
+        assert np.array_equal(motion.local_translations, np.broadcast_to(ARM.offsets, (4, 2, 3)))
+
+    def test_counts_and_duration(self) -> None:
+        assert (arm(4).n_frames, arm(4).duration, arm(1).duration) == (4, 0.3, 0.0)
+
+    def test_a_duration_is_exact_where_the_rate_is_a_fraction(self) -> None:
+        assert arm(30001, rate=Fraction(30000, 1001)).duration == 1001.0
+
+    def test_rotations_are_scaled_to_unit_length(self) -> None:
+        rotations = arm(2).rotations * np.array([[[3.0], [1e-200]], [[1e200], [1.0]]])
+        np.testing.assert_allclose(arm(2, rotations=rotations).rotations, arm(2).rotations, rtol=1e-15)
+
+    def test_unit_rotations_are_kept_bit_for_bit(self) -> None:
+        rotations = Rotation.random(6, rng=1).as_quat(scalar_first=True).reshape(3, 2, 4)
+        assert np.array_equal(arm(3, rotations=rotations).rotations, rotations)
+
+    @pytest.mark.parametrize("name", ["rotations", "translations", "declared_angles"])
+    def test_arrays_cannot_be_written(self, name: str) -> None:
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(arm(declared_angles=np.zeros((3, 2, 3))), name)[0] = 0.0
+
+    @pytest.mark.parametrize(
+        ("changes", "message"),
+        [
+            ({"rotations": np.zeros((0, 2, 4))}, r"rotations of shape \(n_frames >= 1, 2, 4\), found \(0, 2, 4\)"),
+            ({"rotations": np.ones((3, 1, 4))}, r"found \(3, 1, 4\)"),
+            ({"rotations": np.ones((3, 2, 3))}, r"found \(3, 2, 3\)"),
+            ({"rotations": np.ones((2, 4))}, r"found \(2, 4\)"),
+            ({"translations": np.ones((2, 2, 3))}, r"translations of shape \(3, 2, 3\), found \(2, 2, 3\)"),
+            ({"declared_angles": np.ones((3, 2))}, r"declared angles of shape \(3, 2, 3\), found \(3, 2\)"),
+            ({"rate": 30.0}, "exact rate above 0.*found 30.0"),
+            ({"rate": 30}, "exact rate above 0.*found 30"),
+            ({"rate": Fraction(0)}, "exact rate above 0"),
+            ({"rate": Fraction(-30)}, "exact rate above 0"),
+        ],
+    )
+    def test_shapes_and_rates_that_no_motion_has(self, changes, message: str) -> None:
+        with pytest.raises(InvalidMotionError, match=message):
+            arm(**changes)
+
+    @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+    @pytest.mark.parametrize(
+        ("name", "shown", "width"),
+        [("rotations", "rotation", 4), ("translations", "translation", 3), ("declared_angles", "declared angle", 3)],
+    )
+    def test_a_number_that_is_not_finite_is_named_by_joint_and_frame(self, name, shown, width, number) -> None:
+        values = np.ones((3, 2, width))
+        values[1, 1, 2] = number
+        with pytest.raises(
+            InvalidMotionError, match=f"the {shown} of joint 'lower' at frame 1 is not finite: .*{number}"
+        ):
+            arm(**{name: values})
+
+    def test_a_rotation_of_length_zero_is_named_by_joint_and_frame(self) -> None:
+        rotations = arm().rotations.copy()
+        rotations[2, 0] = 0.0
+        with pytest.raises(InvalidMotionError, match="the rotation of joint 'upper' at frame 2 has length 0"):
+            arm(rotations=rotations)
+
+
+class TestCutting:
+    def test_frames_are_cut_with_their_numbers_and_angles(self) -> None:
+        angles = np.arange(18.0).reshape(3, 2, 3)
+        cut = arm(declared_angles=angles, first_frame=1, name="wave").frames(1, 3)
+        assert (cut.n_frames, cut.first_frame, cut.name, cut.rate) == (2, 2, "wave", 10)
+        assert np.array_equal(cut.rotations, arm().rotations[1:])
+        assert np.array_equal(cut.local_translations, arm().local_translations[1:])
+        assert cut.declared_angles is not None
+        assert np.array_equal(cut.declared_angles, angles[1:])
+
+    @pytest.mark.parametrize(("start", "stop"), [(-1, 2), (0, 4), (2, 2), (2, 1), (3, 4)])
+    def test_a_range_outside_is_refused(self, start: int, stop: int) -> None:
+        with pytest.raises(OptionError, match=f"frames {start} to {stop - 1} .* wave, which has frames 0 to 2"):
+            arm(name="wave").frames(start, stop)
+
+    def test_another_rate_plays_the_same_frames(self) -> None:
+        slow = arm().with_rate(Fraction(5))
+        assert slow.duration == 2 * arm().duration
+        assert np.array_equal(slow.rotations, arm().rotations)
+
+
+class TestFramePositions:
+    @given(st.lists(st.floats(-1e3, 1e6), min_size=1, max_size=20), st.sampled_from(RATES), st.integers(1, 10_000_000))
+    def test_agree_with_exact_arithmetic(self, times, rate: Fraction, n_frames: int) -> None:
+        before, after, fraction = frame_positions(times, rate, n_frames)
+        assert np.all((before >= 0) & (after <= n_frames - 1) & (fraction >= 0) & (fraction < 1))
+        assert np.all((after == before + 1) | ((before == n_frames - 1) & (after == before)))
+        for i, time in enumerate(times):
+            exact = frame_place(time, rate, n_frames)
+            assert abs(Fraction(int(before[i])) + Fraction(float(fraction[i])) - exact) < 2e-9 + 3e-15 * float(exact)
+
+    @given(st.lists(st.integers(0, 9_999_999), min_size=1, max_size=20), st.sampled_from(RATES))
+    def test_a_frames_own_time_is_that_frame(self, frames, rate: Fraction) -> None:
+        # Both ways to compute a frame's time in floating point.
+        for times in ([float(frame / rate) for frame in frames], np.array(frames) / float(rate)):
+            before, _, fraction = frame_positions(times, rate, 10_000_000)
+            assert before.tolist() == frames
+            assert not fraction.any()
+
+    def test_any_shape_of_times_is_kept(self) -> None:
+        assert [part.shape for part in frame_positions(np.zeros((2, 3)), Fraction(30), 5)] == [(2, 3)] * 3
+
+    def test_a_time_that_is_not_a_number_is_refused_and_infinite_ones_are_held(self) -> None:
+        with pytest.raises(OptionError, match="time 1 of 3 is not a number"):
+            frame_positions([0.0, np.nan, 1.0], Fraction(30), 5)
+        before, _, fraction = frame_positions([-np.inf, np.inf], Fraction(30), 5)
+        assert (before.tolist(), fraction.tolist()) == ([0, 4], [0.0, 0.0])
+
+
+class TestSampling:
+    @given(motions())
+    def test_own_frames_come_back_bit_for_bit(self, motion: Motion) -> None:
+        sampled = motion.at(np.arange(motion.n_frames) / float(motion.rate))
+        assert np.array_equal(sampled.rotations, motion.rotations)
+        assert np.array_equal(sampled.local_translations, motion.local_translations)
+
+    @given(motions(), st.floats(0.01, 0.99))
+    def test_between_frames_rotations_slerp_and_translations_are_linear(self, motion: Motion, share: float) -> None:
+        times = (np.arange(motion.n_frames - 1) + share) / float(motion.rate)
+        if len(times) == 0:
+            return
+        sampled = motion.at(times)
+        for frame in range(len(times)):
+            a, b = motion.local_translations[frame : frame + 2]
+            np.testing.assert_allclose(sampled.local_translations[frame], (1 - share) * a + share * b, atol=1e-6)
+            for joint in range(motion.skeleton.n_joints):
+                pair = motion.rotations[frame : frame + 2, joint]
+                if abs(np.dot(pair[0], pair[1])) < 1e-6:
+                    continue  # half a turn apart: no arc is shorter
+                expected = Slerp([0, 1], Rotation.from_quat(pair, scalar_first=True))(share).as_quat(scalar_first=True)
+                found = sampled.rotations[frame, joint]
+                np.testing.assert_allclose(found * np.sign(np.dot(found, expected)), expected, atol=1e-7)
+
+    @given(motions(), st.floats(0.0, 1e9))
+    def test_outside_the_motion_its_ends_are_held(self, motion: Motion, beyond: float) -> None:
+        held = motion.at([-beyond, motion.duration + beyond])
+        assert np.array_equal(held.rotations, motion.rotations[[0, -1]])
+        assert np.array_equal(held.local_translations, motion.local_translations[[0, -1]])
+
+    def test_one_frame_is_the_same_at_all_times(self) -> None:
+        sampled = arm(1).at([-1.0, 0.0, 0.05, 3.0])
+        assert np.array_equal(sampled.rotations, np.repeat(arm(1).rotations, 4, axis=0))
+
+    def test_times_may_come_in_any_order_and_repeat(self) -> None:
+        sampled = arm(3).at([0.2, 0.05, 0.05, 0.0])
+        expected = arm(3).local_translations
+        assert np.array_equal(sampled.local_translations[[0, 3]], expected[[2, 0]])
+        np.testing.assert_allclose(sampled.local_translations[1:3], [expected[:2].mean(axis=0)] * 2)
+
+    def test_what_is_not_time_is_kept(self) -> None:
+        motion = arm(3, name="wave", first_frame=7, metres_per_unit=0.01)
+        sampled = motion.at([0.0, 0.1])
+        assert (sampled.rate, sampled.name, sampled.metres_per_unit) == (motion.rate, "wave", 0.01)
+        assert sampled.first_frame == 0
+
+    def test_declared_angles_are_those_of_the_nearer_frame(self) -> None:
+        angles = np.arange(18.0).reshape(3, 2, 3)
+        sampled = arm(3, declared_angles=angles).at([0.0, 0.04, 0.06, 0.2])
+        assert sampled.declared_angles is not None
+        assert np.array_equal(sampled.declared_angles, angles[[0, 0, 1, 2]])
+
+    def test_the_motion_itself_is_not_changed(self) -> None:
+        motion = arm(3)
+        before = motion.rotations.copy(), motion.local_translations.copy()
+        motion.at([0.03, 0.17])
+        assert np.array_equal(motion.rotations, before[0])
+        assert np.array_equal(motion.local_translations, before[1])
+
+    def test_no_times_make_no_motion(self) -> None:
+        with pytest.raises(InvalidMotionError, match=r"found \(0, 2, 4\)"):
+            arm(3).at([])
