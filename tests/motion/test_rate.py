@@ -80,7 +80,6 @@ class TestRateFromFrameTime:
 
     @pytest.mark.parametrize(
         "text",
-        # fmt: off
         [
             "",
             "0",
@@ -99,7 +98,6 @@ class TestRateFromFrameTime:
             "1e",
             ".",
         ],
-        # fmt: on
     )
     def test_what_is_no_frame_time_is_refused(self, text: str) -> None:
         with pytest.raises(ValueError, match=r"^expected a (positive decimal number|frame time from .*), found"):
@@ -163,7 +161,6 @@ class TestParseRate:
 
     @pytest.mark.parametrize(
         "value",
-        # fmt: off
         [
             "",
             "0",
@@ -189,7 +186,6 @@ class TestParseRate:
             "9" * 5000,
             f"{'9' * 5000}/1",
         ],
-        # fmt: on
     )
     def test_what_is_no_rate_is_refused(self, value) -> None:
         with pytest.raises(OptionError, match=r"^expected a frame rate .*, found") as refusal:

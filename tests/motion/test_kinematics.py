@@ -1,0 +1,192 @@
+"""Forward kinematics against one matrix a joint, and the spaces that features live in."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from retime.motion import rotation
+from retime.motion.kinematics import (
+    GRAVITY,
+    flights,
+    global_poses,
+    heading_positions,
+    heading_rotations,
+    metres_per_unit,
+    torso_positions,
+)
+from retime.motion.motion import Motion
+from retime.motion.skeleton import EndSite, Skeleton
+from tests.motion.strategies import motions, quaternions, vectors
+from tests.reference.kinematics import end_position, global_matrix
+
+
+def moved(motion: Motion, turn: np.ndarray, shift: np.ndarray) -> Motion:
+    """Move a whole motion in space: turn it about the origin, then shift it."""
+    rotations, translations = motion.rotations.copy(), motion.local_translations.copy()
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
+    translations[:, 0] = rotation.rotate(turn, translations[:, 0]) + shift
+    return Motion(motion.skeleton, rotations, translations, motion.rate)
+
+
+class TestGlobalPoses:
+    @given(motions())
+    def test_agree_with_a_matrix_for_each_joint(self, motion: Motion) -> None:
+        poses = global_poses(motion)
+        for frame in range(motion.n_frames):
+            for joint in range(motion.skeleton.n_joints):
+                matrix = global_matrix(motion, frame, joint)
+                np.testing.assert_allclose(poses.positions[frame, joint], matrix[:3, 3], atol=1e-10)
+                turned = rotation.to_matrix(poses.rotations[frame, joint])
+                np.testing.assert_allclose(turned, matrix[:3, :3], atol=1e-12)
+            for site in range(len(motion.skeleton.end_sites)):
+                np.testing.assert_allclose(
+                    poses.end_positions[frame, site], end_position(motion, frame, site), atol=1e-10
+                )
+
+    @given(motions())
+    def test_shapes_are_those_promised(self, motion: Motion) -> None:
+        poses, skeleton = global_poses(motion), motion.skeleton
+        assert poses.positions.shape == (motion.n_frames, skeleton.n_joints, 3)
+        assert poses.rotations.shape == (motion.n_frames, skeleton.n_joints, 4)
+        assert poses.end_positions.shape == (motion.n_frames, len(skeleton.end_sites), 3)
+
+    def test_a_chain_as_deep_as_any_file_may_be(self) -> None:
+        # 1 degree a joint: the chain closes to a regular polygon after 360 joints.
+        n_joints = 361
+        offsets = np.vstack([np.zeros(3), np.tile([1.0, 0, 0], (n_joints - 1, 1))])
+        chain = Skeleton(tuple(f"j{i}" for i in range(n_joints)), (-1, *range(n_joints - 1)), offsets)
+        poses = global_poses(Motion(chain, rotation.about_axis(2, np.full((1, n_joints), np.radians(1)))))
+        np.testing.assert_allclose(poses.positions[0, -1], 0.0, atol=1e-11)
+        across = np.linalg.norm(poses.positions[0, 180] - poses.positions[0, 0])
+        assert across == pytest.approx(1 / np.sin(np.radians(0.5)))
+
+    def test_without_rotations_a_pose_is_the_sum_of_its_offsets(self) -> None:
+        body = Skeleton(
+            ("a", "b", "c"), (-1, 0, 0), np.array([[1.0, 2, 3], [4, 5, 6], [7, 8, 9]]), (EndSite(1, (1, 1, 1)),)
+        )
+        poses = global_poses(Motion(body, rotation.identity(1, 3)))
+        assert poses.positions[0].tolist() == [[1, 2, 3], [5, 7, 9], [8, 10, 12]]
+        assert poses.end_positions[0].tolist() == [[6, 8, 10]]
+
+
+class TestSpaces:
+    @given(motions(), quaternions(), vectors())
+    def test_torso_space_does_not_know_where_the_body_is(self, motion: Motion, turn, shift) -> None:
+        here, there = torso_positions(global_poses(motion)), torso_positions(global_poses(moved(motion, turn, shift)))
+        assert here.shape == (motion.n_frames, motion.skeleton.n_joints - 1, 3)
+        np.testing.assert_allclose(here, there, atol=1e-10)
+
+    @given(motions())
+    def test_torso_space_is_what_a_still_root_sees(self, motion: Motion) -> None:
+        rotations, translations = motion.rotations.copy(), motion.local_translations.copy()
+        rotations[:, 0], translations[:, 0] = [1, 0, 0, 0], 0.0
+        still = global_poses(Motion(motion.skeleton, rotations, translations, motion.rate))
+        np.testing.assert_allclose(torso_positions(global_poses(motion)), still.positions[:, 1:], atol=1e-10)
+
+    @given(motions(), st.floats(-7, 7), st.floats(-100, 100), st.floats(-100, 100))
+    def test_heading_space_does_not_know_the_ground_place_nor_the_turn(self, motion, angle, x, z) -> None:
+        elsewhere = moved(motion, rotation.about_axis(1, angle), np.array([x, 0.0, z]))
+        here, there = heading_positions(global_poses(motion)), heading_positions(global_poses(elsewhere))
+        # A root within a rounding error of upside down has no heading to speak of.
+        upright = np.hypot(motion.rotations[:, 0, 0], motion.rotations[:, 0, 2]) > 1e-3
+        np.testing.assert_allclose(here[upright], there[upright], atol=1e-7)
+
+    @given(motions(), st.floats(-100, 100))
+    def test_heading_space_keeps_the_height(self, motion: Motion, y: float) -> None:
+        poses = global_poses(moved(motion, rotation.identity(), np.array([0.0, y, 0.0])))
+        np.testing.assert_allclose(heading_positions(poses)[..., 1], poses.positions[..., 1], atol=1e-10)
+
+    @given(st.floats(-3, 3), st.floats(-1.5, 1.5), st.floats(-np.pi, np.pi))
+    def test_heading_is_the_turn_about_the_vertical_and_tilt_is_kept(self, turn, tilt, around) -> None:
+        # A tilt about any level axis, then a turn.
+        axis = Rotation.from_rotvec([tilt * np.cos(around), 0, tilt * np.sin(around)]).as_quat(scalar_first=True)
+        root = rotation.multiply(rotation.about_axis(1, turn), axis)
+        body = Skeleton(("hip", "head"), (-1, 0), np.array([[0.0, 0, 0], [0, 1, 0]]))
+        poses = global_poses(Motion(body, np.stack([root, [1, 0, 0, 0]])[None]))
+        np.testing.assert_allclose(
+            rotation.to_matrix(heading_rotations(poses)[0]), rotation.to_matrix(rotation.about_axis(1, turn)), atol=1e-9
+        )
+        np.testing.assert_allclose(heading_positions(poses)[0, 1], rotation.rotate(axis, [0, 1, 0]), atol=1e-9)
+
+    @pytest.mark.parametrize("flip", [[0, 1, 0, 0], [0, 0, 0, 1], [0, 0.6, 0, 0.8], [1e-12, 1, 0, 0]])
+    def test_a_root_on_its_head_has_no_heading_and_keeps_the_identity(self, flip) -> None:
+        poses = global_poses(Motion(Skeleton(("hip",), (-1,), np.zeros((1, 3))), np.array([[flip]])))
+        assert heading_rotations(poses).tolist() == [[1, 0, 0, 0]]
+
+
+class TestSize:
+    def body(self, **changes) -> Motion:
+        offsets = np.array([[0.0, 0, 0], [0, 60, 0], [0, -80, 0]])
+        body = Skeleton(
+            ("hip", "head", "foot"), (-1, 0, 0), offsets, (EndSite(1, (0, 20, 0)), EndSite(2, (10, -10, 0)))
+        )
+        return Motion(body, rotation.identity(1, 3), **changes)
+
+    def test_the_files_word_is_taken(self) -> None:
+        assert metres_per_unit(self.body(metres_per_unit=0.0254)) == 0.0254
+
+    def test_else_the_body_is_taken_for_a_person(self) -> None:
+        assert metres_per_unit(self.body()) == pytest.approx(1.7 / 170)
+
+    def test_where_the_root_stands_does_not_matter(self) -> None:
+        body = self.body().skeleton
+        offsets = body.offsets + np.array([[0, 5000, 0], [0, 0, 0], [0, 0, 0]])
+        far = Motion(Skeleton(body.names, body.parents, offsets, body.end_sites), rotation.identity(1, 3))
+        assert metres_per_unit(far) == pytest.approx(0.01)
+
+    def test_a_body_of_no_size_is_measured_in_metres(self) -> None:
+        assert metres_per_unit(Motion(Skeleton(("hip",), (-1,), np.ones((1, 3))), rotation.identity(1, 1))) == 1.0
+
+
+class TestFlights:
+    """A stick of 1.6 units of a metre, its hip 0.8 above the ground, moved up and down as a whole."""
+
+    def stick(self, rise: np.ndarray, rate: int = 120, unit: float = 1.0) -> Motion:
+        offsets = np.array([[0.0, 0, 0], [0, 0.8, 0], [0, -0.8, 0]]) / unit
+        body = Skeleton(("hip", "head", "foot"), (-1, 0, 0), offsets)
+        translations = np.broadcast_to(offsets, (len(rise), 3, 3)).copy()
+        translations[:, 0, 1] = (0.8 + rise) / unit
+        rotations = rotation.identity(len(rise), 3)
+        return Motion(body, rotations, translations, Fraction(rate), metres_per_unit=unit)
+
+    def hop(self, rate: int, start: float, speed: float, length: float) -> np.ndarray:
+        """Stand, leave the ground at `start` seconds, fall freely, stand; `length` seconds in all."""
+        times = np.arange(round(length * rate)) / rate - start
+        in_air = (times > 0) & (times < 2 * speed / GRAVITY)
+        return np.where(in_air, speed * times - GRAVITY / 2 * times**2, 0.0)
+
+    @pytest.mark.parametrize("rate", [30, 60, 120])
+    @pytest.mark.parametrize("unit", [1.0, 0.01, 0.0254])
+    def test_a_jump_is_found_within_its_flight(self, rate: int, unit: float) -> None:
+        speed, start = 2.5, 1.0  # half a second in the air
+        (flight,) = flights(self.stick(self.hop(rate, start, speed, 3.0), rate, unit))
+        first, last = start, start + 2 * speed / GRAVITY
+        # Not the ends, where the body is still near the ground; but most of the time between them.
+        assert first < flight[0] / rate < first + 0.1
+        assert last - 0.1 < flight[1] / rate < last
+
+    def test_two_jumps_are_two_flights(self) -> None:
+        rise = np.concatenate([self.hop(120, 1.0, 2.5, 2.0), self.hop(120, 0.3, 3.0, 2.0)])
+        first, second = flights(self.stick(rise))
+        assert first[1] < 240 < second[0]
+
+    def test_standing_sitting_down_and_a_hop_too_low_are_none(self) -> None:
+        assert flights(self.stick(np.zeros(300))) == []
+        assert flights(self.stick(-0.4 * np.linspace(0, 1, 300))) == []
+        assert flights(self.stick(self.hop(120, 1.0, 0.5, 3.0))) == []
+
+    def test_being_lifted_is_none(self) -> None:
+        # Up a metre and down again within 2 s, smoothly: off the ground, but not falling freely.
+        times = np.arange(360) / 120
+        rise = np.where((times > 0.5) & (times < 2.5), 0.5 - 0.5 * np.cos(np.pi * (times - 0.5)), 0.0)
+        assert flights(self.stick(rise)) == []
+
+    @pytest.mark.parametrize("n_frames", [1, 2, 3, 7])
+    def test_a_clip_too_short_to_tell_has_none(self, n_frames: int) -> None:
+        assert flights(self.stick(np.zeros(n_frames))) == []
