@@ -1,0 +1,89 @@
+"""Eq. 2 by explicit loops over exact fractions: nothing rounds before the square root."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+
+Vector = list[Fraction]
+
+
+def exact(rows: np.ndarray) -> list[Vector]:
+    """Turn an array of doubles into lists of the very same numbers."""
+    return [[Fraction(float(x)) for x in row] for row in rows]
+
+
+def velocity(before: Vector, after: Vector, rate: Fraction, time_scale: Fraction) -> Vector:
+    """τ (y_k - y_i) / 2Δ."""
+    period = 1 / rate
+    return [time_scale * (k - i) / (2 * period) for i, k in zip(before, after, strict=True)]
+
+
+def acceleration(before: Vector, here: Vector, after: Vector, rate: Fraction, time_scale: Fraction) -> Vector:
+    """τ² (y_k - 2 y_j + y_i) / Δ²."""
+    period = 1 / rate
+    return [time_scale**2 * (k - 2 * j + i) / period**2 for i, j, k in zip(before, here, after, strict=True)]
+
+
+def distance(a: Vector, b: Vector) -> float:
+    """Euclidean distance, rounded once in the square root and once before it."""
+    square = sum(((x - y) ** 2 for x, y in zip(a, b, strict=True)), Fraction(0))
+    # A double can't hold every square of a small fraction: scale by a power of four first.
+    shift = 0
+    while 0 < square < Fraction(1, 4**100):
+        square, shift = square * 4**100, shift + 100
+    return math.sqrt(square) / 2.0**shift
+
+
+def joint_score(query: Vector, features: Sequence[Vector], n_neighbors: int) -> float:
+    """Mean distance to the nearest features."""
+    nearest = sorted(distance(query, feature) for feature in features)[:n_neighbors]
+    return math.fsum(nearest) / n_neighbors
+
+
+def nearest_in_pose(pose: Vector, reference: Sequence[Vector], n_neighbors: int) -> list[int]:
+    """Rows nearest to a pose; of two at the same distance the earlier one."""
+    by_distance = sorted(
+        range(len(reference)),
+        key=lambda row: (sum((x - y) ** 2 for x, y in zip(pose, reference[row], strict=True)), row),
+    )
+    return by_distance[:n_neighbors]
+
+
+def scores(
+    kind: str,
+    input_poses: np.ndarray,
+    reference_poses: np.ndarray,
+    *,
+    max_skip: int,
+    rate: float,
+    time_scale: float,
+    n_neighbors: int,
+) -> np.ndarray:
+    """Score every triple; ``kind`` is "joint" or "conditional"."""
+    y, z = exact(input_poses), exact(reference_poses)
+    hertz, tau = Fraction(rate), Fraction(time_scale)
+    inner = range(1, len(z) - 1)
+    poses = [z[t] for t in inner]
+    moves = [
+        velocity(z[t - 1], z[t + 1], hertz, tau) + acceleration(z[t - 1], z[t], z[t + 1], hertz, tau) for t in inner
+    ]
+    features = [pose + move for pose, move in zip(poses, moves, strict=True)]
+    table = np.full((len(y), max_skip, max_skip), np.inf)
+    for j in range(len(y)):
+        nearest = nearest_in_pose(y[j], poses, n_neighbors) if kind == "conditional" else []
+        for a in range(1, max_skip + 1):
+            for b in range(1, max_skip + 1):
+                i, k = j - a, j + b
+                if i < 0 or k >= len(y):
+                    continue
+                move = velocity(y[i], y[k], hertz, tau) + acceleration(y[i], y[j], y[k], hertz, tau)
+                if kind == "joint":
+                    table[j, a - 1, b - 1] = joint_score(y[j] + move, features, n_neighbors)
+                else:
+                    distances = [distance(move, moves[row]) for row in nearest]
+                    table[j, a - 1, b - 1] = math.fsum(distances) / n_neighbors
+    return table
