@@ -176,29 +176,28 @@ class _Table:
         if self.claimed > most + 1:
             claim = "10**18 or more" if self.claimed >= 10**18 else str(self.claimed)
             self._fail(
-                f"{claim} frames are claimed, but the {left} bytes left hold at most {most} frames of "
-                f"{self.n_channels} channels{_REPAIR}"
+                f"{claim} claimed, but the {left} bytes left hold at most {most} frames of {self.n_channels} "
+                f"channels{_REPAIR}"
             )
         if self.claimed > self.limits.frames:
-            self._fail(f"{self.claimed} frames are claimed, the limit is {self.limits.frames} (Limits.frames)")
+            self._fail(f"{self.claimed} claimed, the limit is {self.limits.frames} (Limits.frames)")
 
     def _compare_counts(self) -> None:
         n = self.n_frames
         if n == 0:
-            self._fail(f"{self.claimed} frames are claimed, none is there")
+            self._fail(f"{self.claimed} claimed, none there")
         if self.claimed < n or self.claimed == n + 1:
-            self._warn(f"Frames: {self.claimed} frames are claimed, {n} are there; kept all {n}", self.claim_line)
+            self._warn(f"Frames: {self.claimed} claimed, {n} there; kept all {n}", self.claim_line)
         elif self.claimed > n:
             if not self.options.repair:
-                self._fail(f"{self.claimed} frames are claimed, {n} are there{_REPAIR}")
-            self._warn(f"Frames: {self.claimed} frames are claimed, {n} are there; kept the {n}", self.claim_line)
+                self._fail(f"{self.claimed} claimed, {n} there{_REPAIR}")
+            self._warn(f"Frames: {self.claimed} claimed, {n} there; kept the {n}", self.claim_line)
 
     def _refuse_or_repair(self, damage: _Damage) -> None:
         if not self.options.repair or self.n_frames == 0:
             self.lines.fail(damage.problem, line=damage.line, column=damage.column)
-        self._warn(
-            f"{damage.problem} Kept the {self.n_frames} frames before it, of {self.claimed} claimed.", damage.line
-        )
+        kept = f"Kept the whole frames before it: {self.n_frames} of {self.claimed} claimed."
+        self._warn(f"{damage.problem} {kept}", damage.line)
 
     def _parse_blocks(self) -> None:
         data = self.lines.data
@@ -218,7 +217,7 @@ class _Table:
             else:
                 self._parse_lines(text.splitlines(), ends_file=stop == len(data))
             if self.n_frames > self.limits.frames:
-                self._fail(f"more than {self.limits.frames} frames are there (Limits.frames)")
+                self._fail(f"more than {self.limits.frames} there (Limits.frames)")
             position = stop
         if self.begun:
             raise self._cut(len(self.begun))

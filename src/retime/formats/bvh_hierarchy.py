@@ -185,9 +185,11 @@ class _Parser:
                 line=line,
             )
         if len(self.names) >= self.limits.joints:
-            self._fail(f"more than {self.limits.joints} joints (Limits.joints)", line=line)
+            self._fail(
+                f"joint {show(name)} is one too many; the limit is {self.limits.joints} (Limits.joints)", line=line
+            )
         if len(self.open) >= self.limits.depth:
-            self._fail(f"joint {show(name)} lies deeper than {self.limits.depth} joints (Limits.depth)", line=line)
+            self._fail(f"joint {show(name)} lies too deep; the limit is {self.limits.depth} (Limits.depth)", line=line)
         self.open.append(_Block(len(self.names), False, line))
         self.names.append(name)
         self.parents.append(parent)
@@ -200,13 +202,16 @@ class _Parser:
         if site is None or site.lower().rstrip(b"{") != b"site":
             self._fail(f"expected 'End Site', found 'End' and {'nothing' if site is None else show(site)}")
         # Some programs name their end sites; nothing refers to the name.
-        if not site.endswith(b"{") and not self.lines.rest().endswith(b"{"):
+        word: bytes | None = site
+        while word is not None and not word.endswith(b"{"):
+            word = self.lines.token_on_line()
+        if word is None:
             following = self.lines.token()
             if following != b"{":
                 found = "the end of the file" if following is None else show(following)
                 self._fail(f"expected '{{' after End Site, found {found}")
         if len(self.end_sites) >= self.limits.joints:
-            self._fail(f"more than {self.limits.joints} end sites (Limits.joints)", line=line)
+            self._fail(f"an End Site too many; the limit is {self.limits.joints} (Limits.joints)", line=line)
         self.open.append(_Block(self.open[-1].joint, True, line))
 
     def _close(self) -> None:
@@ -290,7 +295,10 @@ class _Parser:
             self._fail(f"CHANNELS of {label} declares {count} channels, but names {named}", line=line)
         self.n_channels += count
         if self.n_channels > self.limits.channels:
-            self._fail(f"more than {self.limits.channels} channels in all (Limits.channels)", line=line)
+            self._fail(
+                f"{self.n_channels} channels up to here, the limit is {self.limits.channels} (Limits.channels)",
+                line=line,
+            )
         block.channels = tuple(names)
 
     def _channel_count(self, label: str) -> int:
