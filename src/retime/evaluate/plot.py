@@ -1,0 +1,232 @@
+"""Pictures of warps: playback speed, time map, and a strip of poses (the paper's Figures 1 and 5)."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retime.errors import FormatError, MissingExtraError, OptionError
+from retime.evaluate.plot_panels import draw_map, draw_speed, draw_strip
+from retime.evaluate.plot_style import GREY, STYLE, pens_for, shown
+from retime.evaluate.strip import DEFAULT_N_POSES, Strip, flight_times, plan_strip
+from retime.formats.files import write_bytes
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.warp.curve import Keytime, Warp
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Inches.
+_WIDTH = 12.8
+_LEFT, _RIGHT = 1.3, 0.35
+_TOP = 1.3
+_CURVES_HEIGHT = 3.0
+_MAP_WIDTH = 3.5
+_BETWEEN = 0.45
+_ROW_HEIGHT, _ROW_GAP = 1.15, 0.1
+_BELOW = 0.62
+_PNG_DPI = 200
+
+
+def plot_warps(
+    warps: Mapping[str, Warp] | Sequence[Warp],
+    *,
+    motion: Motion | Signal | None = None,
+    path: str | PathLike[str] | None = None,
+    keytimes: Sequence[Keytime] | None = None,
+    title: str = "",
+    n_poses: int = DEFAULT_N_POSES,
+    overwrite: bool = False,
+) -> Figure:
+    """Draw warps: playback speed, time map, and a strip of the motion at even output times.
+
+    *Speed* is drawn over output time on a log axis from 1/10 to 10, as steps: the slope of each piece of the warp. Pass
+    `GuidedWarp.steps` beside `GuidedWarp.warp` to see the path's own speeds with the smoothed ones. Holds and backward
+    pieces have no place on such an axis: a hold is a bar at the foot of the panel, a backward piece is dotted at its
+    absolute speed, and both say so. Speeds beyond the axis run along its edge, with the farthest one in numbers.
+
+    The *time map* shows input time over output time, with the keytimes as diamonds.
+
+    The *strip* needs `motion`. It has a row for the input and one for each warp, with the same seconds a centimetre and
+    the same seconds between poses in each, so that what takes longer is longer and has more poses. Each figure is seen
+    from its right side whichever way it turns, its ground position removed and its height kept; right limbs are dark,
+    left limbs pale. Where a whole row would have no room for the poses of a flight, all rows show an excerpt around the
+    take-off of the longest one. Of a `Signal` the rows show the first three channels, each scaled to its own range.
+
+    Flights (`retime.motion.kinematics.flights`) are shaded in every panel: among the speeds along each curve, since
+    each warp shows them at its own times.
+
+    Parameters
+    ----------
+    warps : mapping of str to Warp, or sequence of Warp
+        What to compare, at least one. The names of a mapping are the labels; else each warp's name, or method.
+    motion : Motion or Signal, optional
+        The input of the warps.
+    path : path-like, optional
+        Where to write the picture; the ending says what: ``.svg`` or ``.png``. The same warps give the same bytes.
+    keytimes : sequence of Keytime, optional
+        What to mark. Left out: the keytimes that the warps carry.
+    title : str
+        Stands above; left out, the motion's name.
+    n_poses : int
+        About how many poses the longest row of the strip gets; samples, for a signal.
+    overwrite : bool
+        Replace a file that is there.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The picture, with no window and no part in pyplot. Its axes are labelled ``speed``, ``map`` and ``strip``.
+
+    Raises
+    ------
+    MissingExtraError
+        matplotlib is not installed.
+    OptionError
+        No warp, or fewer than 2 poses.
+    FormatError
+        The path ends in neither .svg nor .png.
+    OutputExistsError
+        The file is there, and `overwrite` is not set.
+
+    Examples
+    --------
+    >>> figure = plot_warps([Warp([0.0, 2.0], [0.0, 3.0], method="linear")])
+    >>> [axes.get_label() for axes in figure.axes]
+    ['speed', 'map']
+    """
+    named = _named(warps)
+    if n_poses < 2:
+        raise OptionError(f"a strip needs 2 poses or more, found n_poses={n_poses}")
+    kind = None if path is None else _kind(path)
+    try:
+        import matplotlib
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingExtraError("drawing a plot", package="matplotlib", extra="plot") from error
+
+    with matplotlib.rc_context(STYLE), warnings.catch_warnings():
+        # A name may have letters that the plot's font lacks: boxes in a PNG; in an SVG the reader's own font has them.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        figure = _draw(Figure, named, motion, keytimes, title, n_poses)
+        if path is not None and kind is not None:
+            write_bytes(path, _rendered(figure, kind), overwrite=overwrite)
+    return figure
+
+
+def _named(warps: Mapping[str, Warp] | Sequence[Warp]) -> dict[str, Warp]:
+    named: dict[str, Warp] = {}
+    if isinstance(warps, Mapping):
+        named.update(warps)
+    else:
+        for warp in warps:
+            label = base = warp.name or warp.method or "warp"
+            number = 1
+            while label in named:
+                number += 1
+                label = f"{base} {number}"
+            named[label] = warp
+    if not named:
+        raise OptionError("there is no warp to plot; pass at least one")
+    return named
+
+
+def _kind(path: str | PathLike[str]) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".svg", ".png"):
+        raise FormatError(f"a plot is written as .svg or .png, not as {suffix or 'a file with no ending'!r}", path=path)
+    return suffix[1:]
+
+
+def _rendered(figure: Figure, kind: str) -> bytes:
+    buffer = io.BytesIO()
+    if kind == "svg":
+        # No date, and text stays text: the same warps give the same bytes, and a page can search the labels.
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        return buffer.getvalue()
+    # Flat colours and the greys between them: a palette holds them in a third of the bytes.
+    from PIL import Image
+
+    figure.savefig(buffer, format="png", dpi=_PNG_DPI, metadata={"Software": None})
+    palette = Image.open(buffer).convert("RGB").quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    buffer = io.BytesIO()
+    palette.save(buffer, format="png", optimize=True, dpi=(_PNG_DPI, _PNG_DPI))
+    return buffer.getvalue()
+
+
+def _draw(
+    new_figure: type[Figure],
+    warps: dict[str, Warp],
+    motion: Motion | Signal | None,
+    keytimes: Sequence[Keytime] | None,
+    title: str,
+    n_poses: int,
+) -> Figure:
+    pens = pens_for(warps)
+    found = flight_times(motion)
+    if keytimes is None:
+        keytimes = sorted({key for warp in warps.values() for key in warp.keytimes})
+    strip = None if motion is None else plan_strip(motion, warps, found, n_poses)
+    n_rows = 0 if strip is None else len(strip.rows)
+    strip_height = _BETWEEN + n_rows * (_ROW_HEIGHT + _ROW_GAP) + _BELOW if n_rows else 0.0
+    height = _TOP + _CURVES_HEIGHT + _BELOW + strip_height
+    figure = new_figure(figsize=(_WIDTH, height))
+
+    def place(left: float, top: float, width: float, tall: float, label: str) -> Axes:
+        """Add axes, in inches from the top left corner."""
+        return figure.add_axes((left / _WIDTH, 1 - (top + tall) / height, width / _WIDTH, tall / height), label=label)
+
+    def write(text: str, left: float, top: float, **how: Any) -> None:
+        figure.text(left / _WIDTH, 1 - top / height, text, va="baseline", parse_math=False, **how)
+
+    heading = {"fontsize": 10.5, "fontweight": "bold"}
+    title = title or ("" if motion is None else motion.name) or "Time warps"
+    write(shown(title, 80), 0.3, 0.45, fontsize=15, fontweight="bold")
+    write(_summary(warps, motion, bool(found)), 0.3, 0.72, color=GREY)
+
+    speed_width = _WIDTH - _LEFT - _RIGHT - _MAP_WIDTH - 0.85
+    write("Playback speed", _LEFT, _TOP - 0.12, **heading)
+    draw_speed(place(_LEFT, _TOP, speed_width, _CURVES_HEIGHT, "speed"), warps, pens, found, keytimes)
+    map_left = _WIDTH - _RIGHT - _MAP_WIDTH
+    write("Time map", map_left, _TOP - 0.12, **heading)
+    draw_map(place(map_left, _TOP, _MAP_WIDTH, _CURVES_HEIGHT, "map"), warps, pens, found, keytimes)
+    if strip is not None and motion is not None:
+        top, width = _TOP + _CURVES_HEIGHT + _BELOW + _BETWEEN, _WIDTH - _LEFT - _RIGHT
+        what, how = _strip_heading(strip, motion, bool(found))
+        write(what, _LEFT, top - 0.14, **heading)
+        write(how, _LEFT + 0.085 * len(what) + 0.1, top - 0.14, color=GREY)
+        axes = [
+            place(_LEFT, top + i * (_ROW_HEIGHT + _ROW_GAP), width, _ROW_HEIGHT, f"strip {row.label}")
+            for i, row in enumerate(strip.rows)
+        ]
+        draw_strip(axes, strip, motion, size=(width, _ROW_HEIGHT))
+    return figure
+
+
+def _strip_heading(strip: Strip, motion: Motion | Signal, flights: bool) -> tuple[str, str]:
+    every = f"every {_brief(strip.step)} s of output"
+    if isinstance(motion, Signal):
+        return f"Values {every}", "each channel scaled to its own range"
+    where = ""
+    if strip.aligned and flights:
+        where = f"around the longest flight, aligned at take-off (input time {strip.anchor:.2f} s); "
+    elif strip.aligned:
+        where = f"around input time {strip.anchor:.2f} s; "
+    return f"Poses {every}", where + "right limbs dark, left limbs pale"
+
+
+def _brief(seconds: float) -> str:
+    return f"{seconds:.2f}" if seconds >= 0.05 else f"{seconds:.2g}"
+
+
+def _summary(warps: Mapping[str, Warp], motion: Motion | Signal | None, flights: bool) -> str:
+    parts = [] if motion is None else [f"input {_brief(motion.duration)} s"]
+    parts += [f"{shown(label, 24)} {_brief(warp.output_duration)} s" for label, warp in warps.items()]
+    text = ", ".join(parts[:6]) + (", …" if len(parts) > 6 else "")
+    return text + (".  Shaded: in flight, where the body falls freely and touches nothing." if flights else ".")
