@@ -1,0 +1,111 @@
+"""`retime apply`: use a saved warp on clips."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from retime.cli.clip_options import PATH, ClipOptions, clip_options, retimed
+from retime.cli.outputs import check_format, check_outputs
+from retime.cli.sections import Option, SectionedCommand
+from retime.cli.terminal import Stages, say
+from retime.errors import OptionError
+
+_EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-dir retimed"
+
+
+@click.command("apply", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.argument("warp", type=PATH, metavar="WARP.json")
+@click.argument("clips", type=PATH, metavar="CLIP...", nargs=-1, required=True)
+@clip_options
+@click.option(
+    "-o", "--output", cls=Option, metavar="OUT", type=PATH, help="Where to write the clip, if there is only one."
+)
+@click.option(
+    "--out-dir",
+    cls=Option,
+    metavar="DIR",
+    type=PATH,
+    default_text="beside each clip",
+    help="Folder to write to, under each clip's own name and the suffix.",
+)
+@click.option(
+    "--suffix",
+    cls=Option,
+    metavar="TEXT",
+    default="_retimed",
+    default_text="_retimed",
+    help="Added to each clip's name where -o does not name the output.",
+)
+@click.option(
+    "--no-average",
+    "average",
+    cls=Option,
+    is_flag=True,
+    flag_value=False,
+    default=True,
+    help="Don't average the input where it is sped up.",
+)
+@click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
+@click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
+def command(
+    *,
+    warp: Path,
+    clips: tuple[Path, ...],
+    clip_options: ClipOptions,
+    output: Path | None,
+    out_dir: Path | None,
+    suffix: str,
+    average: bool,
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Use a warp that retime warp saved on one clip or more.
+
+    On the clip that it was found for, on its original at the full rate, on another character, on a camera. Where the
+    warp was found with --frames or --drop-first, give the same here.
+    """
+    places = _places(clips, output, out_dir, suffix)
+    skeletons = [] if clip_options.skeleton is None else [clip_options.skeleton]
+    check_outputs(
+        {f"the output for {clip}": place for clip, place in places.items()},
+        inputs=[warp, *clips, *skeletons],
+        force=force,
+    )
+    for clip, place in places.items():
+        check_format(place, like=clip)
+
+    from retime.cli.summary import length_text
+    from retime.formats.registry import write
+    from retime.formats.warp_file import read_warp
+
+    stages = Stages(quiet=quiet)
+    timing = read_warp(warp)
+    for clip, place in places.items():
+        with stages.stage("read", f"reading {clip.name}"):
+            motion = clip_options.read(clip)
+        with stages.stage("apply", f"resampling {clip.name}"):
+            result = retimed(motion, timing, average=average)
+        with stages.stage("write", f"writing {place.name}"):
+            write(result, place, overwrite=force)
+        if not quiet:
+            say(
+                f"{place}: {length_text(result.n_frames, result.rate)}, from {clip}: "
+                f"{length_text(motion.n_frames, motion.rate)}"
+            )
+
+
+def _places(clips: tuple[Path, ...], output: Path | None, out_dir: Path | None, suffix: str) -> dict[Path, Path]:
+    """Name each clip's output; raise OptionError where that can't be done."""
+    if output is not None:
+        if out_dir is not None:
+            raise OptionError("-o names one file, and --out-dir a folder: give one of them")
+        if len(clips) > 1:
+            raise OptionError(f"-o names one file, but there are {len(clips)} clips: give --out-dir instead")
+        return {clips[0]: output}
+    if "/" in suffix or "\\" in suffix:
+        raise OptionError(f"--suffix is part of a file's name and can't hold a slash; found {suffix!r}")
+    if len(set(clips)) < len(clips):
+        raise OptionError("a clip is given twice")
+    return {clip: (out_dir or clip.parent) / f"{clip.stem}{suffix}{clip.suffix}" for clip in clips}

@@ -1,0 +1,165 @@
+"""The options that say how a clip is read, and the reading."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from retime.cli.sections import Option
+from retime.errors import OptionError
+from retime.motion.rate import parse_rate
+from retime.motion.timecode import parse_frame_range
+
+if TYPE_CHECKING:
+    from retime.motion.motion import Motion
+    from retime.motion.signal import Signal
+    from retime.warp.curve import Warp
+
+PATH = click.Path(path_type=Path)
+
+
+Parsed = TypeVar("Parsed")
+
+
+def parsed(parse: Callable[[str], Parsed]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """Make an option's callback of a parser that raises OptionError, so that the error names the option."""
+
+    def one(ctx: click.Context, param: click.Parameter, text: str) -> Parsed:
+        try:
+            return parse(text)
+        except OptionError as error:
+            raise click.BadParameter(str(error), ctx=ctx, param=param) from None
+
+    def callback(ctx: click.Context, param: click.Parameter, value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(one(ctx, param, text) for text in value)
+        return None if value is None else one(ctx, param, value)
+
+    return callback
+
+
+@dataclass(frozen=True)
+class ClipOptions:
+    """How a clip is read, and which part of it is meant.
+
+    Attributes
+    ----------
+    frames : str, optional
+        ``A:B``, as the file numbers its frames, both included.
+    drop_first : int
+        Frames to leave out at the start, before `frames` is looked at.
+    fps : Fraction, optional
+        Rate in place of what the file declares.
+    skeleton : Path, optional
+        The ASF of an AMC.
+    repair, decimal_comma : bool
+        As `retime.read` has them.
+    """
+
+    frames: str | None = None
+    drop_first: int = 0
+    fps: Fraction | None = None
+    skeleton: Path | None = None
+    repair: bool = False
+    decimal_comma: bool = False
+
+    def read(self, path: Path) -> Motion | Signal:
+        """Read a clip; raise FormatError, OSError or OptionError."""
+        from retime.formats.registry import read
+
+        clip = read(path, rate=self.fps, skeleton=self.skeleton, repair=self.repair, decimal_comma=self.decimal_comma)
+        if not clip.name:
+            clip = replace(clip, name=path.stem)
+        if self.drop_first >= clip.n_frames:
+            raise OptionError(
+                f"--drop-first {self.drop_first} leaves nothing of {path}, which has {clip.n_frames} frames"
+            )
+        if self.drop_first:
+            clip = clip.frames(self.drop_first, clip.n_frames)
+        if self.frames is not None:
+            clip = clip.frames(*parse_frame_range(self.frames, clip.n_frames, clip.first_frame))
+        return clip
+
+
+def retimed(clip: Motion | Signal, warp: Warp, *, average: bool) -> Motion | Signal:
+    """Apply a warp to whichever kind of clip this is."""
+    from retime.motion.signal import Signal
+    from retime.warp.apply import apply_warp
+
+    if isinstance(clip, Signal):
+        return apply_warp(clip, warp, average=average)
+    return apply_warp(clip, warp, average=average)
+
+
+_OPTIONS = (
+    click.option(
+        "--frames",
+        cls=Option,
+        section="Input",
+        metavar="A:B",
+        help="Use these frames only, as the file numbers them, both included.",
+    ),
+    click.option(
+        "--drop-first",
+        cls=Option,
+        section="Input",
+        metavar="N",
+        type=click.IntRange(min=0),
+        default=0,
+        default_text="0",
+        help="Leave out the first N frames (the T-pose that some files begin with).",
+    ),
+    click.option(
+        "--fps",
+        cls=Option,
+        section="Input",
+        metavar="R",
+        callback=parsed(parse_rate),
+        help="Frames a second, in place of what the file declares.",
+    ),
+    click.option(
+        "--skeleton",
+        cls=Option,
+        section="Input",
+        metavar="ASF",
+        type=PATH,
+        help="The skeleton of an AMC, where it can't be found beside it.",
+    ),
+    click.option(
+        "--repair",
+        cls=Option,
+        section="Input",
+        is_flag=True,
+        help="Keep what is whole of a damaged file, with a warning.",
+    ),
+    click.option(
+        "--decimal-comma", cls=Option, section="Input", is_flag=True, help="Numbers are written with a comma (0,5)."
+    ),
+)
+
+
+def clip_options(function: Callable[..., None]) -> Callable[..., None]:
+    """Add the options to a command, which gets them as one argument ``clip_options``."""
+
+    @functools.wraps(function)
+    def packed(
+        *,
+        frames: str | None,
+        drop_first: int,
+        fps: Fraction | None,
+        skeleton: Path | None,
+        repair: bool,
+        decimal_comma: bool,
+        **rest: Any,
+    ) -> None:
+        function(clip_options=ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma), **rest)
+
+    for option in reversed(_OPTIONS):
+        packed = option(packed)
+    return packed

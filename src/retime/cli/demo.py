@@ -1,0 +1,97 @@
+"""`retime demo`: the sample clip, retimed."""
+
+from __future__ import annotations
+
+import importlib.resources
+import importlib.util
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from retime.cli.clip_options import PATH
+from retime.cli.outputs import check_outputs
+from retime.cli.sections import Option, SectionedCommand
+from retime.cli.terminal import Stages, say
+
+if TYPE_CHECKING:
+    from retime.motion.motion import Motion
+    from retime.warp.curve import Warp
+
+LENGTH = "65%"
+
+
+@click.command("demo", cls=SectionedCommand)
+@click.option(
+    "--out",
+    cls=Option,
+    metavar="DIR",
+    type=PATH,
+    default="retime-demo",
+    default_text="retime-demo",
+    help="Folder to write to; made if it is not there.",
+)
+@click.option("--force", cls=Option, is_flag=True, help="Replace files that are there.")
+def command(*, out: Path, force: bool) -> None:
+    """Retime the sample clip to 65 % of its length, and show what was kept and what was squeezed.
+
+    Writes the sample, the retimed motion, the warp and its picture.
+    """
+    names = ["sample.bvh", "shorter.bvh", "warp.json"]
+    pictures = ["warp.svg", "warp.png"] if importlib.util.find_spec("matplotlib") is not None else []
+    places = {name: out / name for name in names + pictures}
+    if not out.exists():
+        out.mkdir(parents=True)
+    check_outputs(places, inputs=[], force=force)
+
+    from retime.formats.files import write_bytes
+    from retime.formats.registry import read, write
+    from retime.formats.warp_file import write_warp
+    from retime.motion.motion import Motion
+    from retime.warp.apply import apply_warp
+    from retime.warp.guided import guided_warp
+    from retime.warp.spline import linear_warp
+
+    stages = Stages()
+    with stages.stage("read", "reading"):
+        sample = importlib.resources.files("retime").joinpath("data/sample.bvh").read_bytes()
+        write_bytes(places["sample.bvh"], sample, overwrite=force)
+        motion = read(places["sample.bvh"])
+    assert isinstance(motion, Motion)
+    with stages.stage("search", "searching"):
+        found = guided_warp(motion, length=LENGTH)
+    linear = linear_warp(found.warp.keytimes)
+    with stages.stage("write", "writing"):
+        write(apply_warp(motion, found.warp), places["shorter.bvh"], overwrite=force)
+        write_warp(found.warp, places["warp.json"], overwrite=force)
+    for name in pictures:
+        from retime.evaluate.plot import plot_warps
+
+        with stages.stage("plot", "drawing"):
+            warps = {"linear": linear, "guided": found.warp}
+            plot_warps(warps, motion=motion, path=places[name], title="sample", overwrite=force)
+
+    _say_what_was_kept(motion, linear, found.warp)
+    say("")
+    for place in places.values():
+        say(f"wrote {place}")
+    if not pictures:
+        say("No picture: that needs matplotlib, pip install 'retime[plot]'.")
+
+
+def _say_what_was_kept(motion: Motion, linear: Warp, guided: Warp) -> None:
+    """Print how long each kind of movement lasts in the input, and in the output by either warp."""
+    from retime.cli.summary import InputSpan, flight_spans, idle_spans, output_seconds
+
+    whole = InputSpan(0.0, motion.duration)
+    flights = [(f"flight at {span.start:.2f} s", [span]) for span in flight_spans(motion)]
+    idle = idle_spans(motion)
+    rows = [*flights, (f"standing still ({len(idle)} times)", idle), ("the whole clip", [whole])]
+    say(f"{'':26}{'input':>9}{'linear':>9}{'guided':>9}   (seconds)")
+    for label, spans in rows:
+        times = [
+            sum(span.seconds for span in spans),
+            sum(output_seconds(linear, span) for span in spans),
+            sum(output_seconds(guided, span) for span in spans),
+        ]
+        say(f"{label:26}" + "".join(f"{seconds:9.2f}" for seconds in times))

@@ -1,0 +1,136 @@
+"""`retime info`: what a clip holds, and how retime is built."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import platform
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from retime.cli.clip_options import PATH, ClipOptions, clip_options
+from retime.cli.sections import Option, SectionedCommand
+from retime.cli.terminal import say_json, say_table
+
+if TYPE_CHECKING:
+    from retime.motion.motion import Motion
+    from retime.motion.signal import Signal
+
+# The extras of pyproject.toml, and the package that each brings.
+EXTRAS = {"plot": "matplotlib"}
+_PACKAGES = ("numpy", "scipy", "click")
+
+
+_EXAMPLES = "\b\nExamples\n  retime info walk.bvh\n  retime info --build\n"
+
+
+@click.command("info", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.argument("clip", type=PATH, required=False)
+@clip_options
+@click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object.")
+@click.option("--build", cls=Option, is_flag=True, help="Say how retime itself is built: backend, versions, extras.")
+def command(*, clip: Path | None, clip_options: ClipOptions, as_json: bool, build: bool) -> None:
+    """Say what CLIP holds: joints, frames, rate, channels, units, flights."""
+    if build == (clip is not None):
+        raise click.UsageError("give a CLIP, or --build" if clip is None else "give a CLIP or --build, not both")
+    if clip is None:
+        document = _describe_build()
+        rows = _build_rows(document)
+    else:
+        motion = clip_options.read(clip)
+        document = _describe_clip(clip, motion)
+        rows = _clip_rows(document)
+    if as_json:
+        say_json(document)
+    else:
+        say_table(rows)
+
+
+def _describe_build() -> dict[str, Any]:
+    from retime.kernels import backend, compiled_available
+
+    return {
+        "retime": importlib.metadata.version("retime"),
+        "backend": getattr(backend(), "__name__", "").rpartition(".")[2].removesuffix("_backend"),
+        "compiled_available": compiled_available(),
+        "python": platform.python_version(),
+        "platform": platform.platform(terse=True),
+        "packages": {package: importlib.metadata.version(package) for package in _PACKAGES},
+        "extras": {
+            extra: importlib.metadata.version(package) if importlib.util.find_spec(package) else None
+            for extra, package in EXTRAS.items()
+        },
+    }
+
+
+def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
+    why = "" if build["compiled_available"] else " (the compiled kernels were not built)"
+    return [
+        ("retime", build["retime"]),
+        ("backend", build["backend"] + why),
+        ("python", f"{build['python']} on {build['platform']}"),
+        *build["packages"].items(),
+        *(
+            (f"[{extra}]", f"{EXTRAS[extra]} {version}" if version else f"not installed: pip install 'retime[{extra}]'")
+            for extra, version in build["extras"].items()
+        ),
+    ]
+
+
+def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
+    from retime.formats.registry import format_of
+    from retime.motion.kinematics import flights
+    from retime.motion.motion import Motion
+
+    document: dict[str, Any] = {
+        "path": str(path),
+        "format": format_of(path).name,
+        "holds": "motion" if isinstance(clip, Motion) else "signal",
+        "name": clip.name,
+        "frames": clip.n_frames,
+        "first_frame": clip.first_frame,
+        "rate": float(clip.rate),
+        "exact_rate": str(clip.rate),
+        "seconds": float(clip.n_frames / clip.rate),
+    }
+    if not isinstance(clip, Motion):
+        return {**document, "channels": len(clip.names), "channel_names": list(clip.names)}
+    skeleton = clip.skeleton
+    declared = clip.declaration
+    return {
+        **document,
+        "channels": None if declared is None else sum(len(channels) for channels in declared.channels),
+        "joints": list(skeleton.names),
+        "parents": list(skeleton.parents),
+        "end_sites": len(skeleton.end_sites),
+        "metres_per_unit": clip.metres_per_unit,
+        "flights": [[first + clip.first_frame, last + clip.first_frame] for first, last in flights(clip)],
+    }
+
+
+def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
+    last_frame = clip["first_frame"] + clip["frames"] - 1
+    rows = [
+        ("clip", f"{clip['path']}, a {clip['holds']} ({clip['format']})"),
+        ("frames", f"{clip['frames']}, numbered {clip['first_frame']}:{last_frame}"),
+        ("rate", f"{clip['rate']:.6g} Hz" + (f" ({clip['exact_rate']})" if "/" in clip["exact_rate"] else "")),
+        ("length", f"{clip['seconds']:.3f} s"),
+    ]
+    if clip["holds"] == "signal":
+        return [*rows, ("channels", f"{clip['channels']}: {', '.join(clip['channel_names'])}")]
+    if clip["channels"] is not None:
+        rows.append(("channels", str(clip["channels"])))
+    metres = clip["metres_per_unit"]
+    seconds = [(frame - clip["first_frame"]) / clip["rate"] for flight in clip["flights"] for frame in flight]
+    flights = [
+        f"{first}:{last} ({start:.2f}-{end:.2f} s)"
+        for (first, last), start, end in zip(clip["flights"], seconds[::2], seconds[1::2], strict=True)
+    ]
+    return [
+        *rows,
+        ("unit", "not known (flights take a size from the skeleton)" if metres is None else f"{metres:.6g} m"),
+        ("joints", f"{len(clip['joints'])}, and {clip['end_sites']} end sites: {', '.join(clip['joints'])}"),
+        ("flights", f"{len(flights)}: frames {', '.join(flights)}" if flights else "none"),
+    ]

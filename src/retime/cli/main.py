@@ -1,0 +1,114 @@
+"""The command `retime`: finds its commands, and turns every ending into a message and an exit code."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+import click
+
+from retime.cli import terminal
+from retime.errors import InfeasibleWarpError, OptionError, RetimeError
+
+# In the order of their use. Each is `command` in the module of its name.
+COMMANDS = ("warp", "apply", "plot", "info", "convert", "demo")
+
+EXIT_OK = 0
+EXIT_FILE = 1
+EXIT_USAGE = 2
+EXIT_INFEASIBLE = 3
+EXIT_INTERRUPTED = 130
+
+_EPILOG = f"""\b
+Times    2.5 or 2.5s (seconds), 120f (frames), 1:02.500 (mm:ss.mmm)
+Lengths  65% (of the input), 9.3s, 280f
+Ranges   1:1980 (frames as the file numbers them, both included)
+
+\b
+Exit codes
+  {EXIT_OK}    it worked
+  {EXIT_FILE}    a file could not be read or written, or an optional package is missing
+  {EXIT_USAGE}    the options are wrong, or contradict each other or the data
+  {EXIT_INFEASIBLE}    no warp meets the keytimes within the limits
+  {EXIT_INTERRUPTED}  interrupted (Ctrl-C)
+
+\b
+Results go to standard output; progress, warnings and errors to standard error."""
+
+
+class _Commands(click.Group):
+    """A group that imports a command when it is called, and reports every error in one manner."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"retime.cli.{cmd_name}").command
+        return command
+
+    def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]
+        extra["standalone_mode"] = False
+        code = EXIT_FILE
+        try:
+            with terminal.showing_warnings():
+                code = super().main(args, prog_name or "retime", **extra) or EXIT_OK
+        except click.Abort:
+            code = EXIT_INTERRUPTED
+        except click.UsageError as error:
+            path = error.ctx.command_path if error.ctx is not None else "retime"
+            terminal.report_error(f"{error.format_message()}\nSee {path} --help.")
+            code = EXIT_USAGE
+        except click.ClickException as error:
+            terminal.report_error(error.format_message())
+        except RetimeError as error:
+            terminal.report_error(str(error))
+            if isinstance(error, InfeasibleWarpError):
+                code = EXIT_INFEASIBLE
+            elif isinstance(error, OptionError):
+                code = EXIT_USAGE
+        except OSError as error:
+            terminal.report_error(_os_problem(error))
+        except MemoryError as error:
+            terminal.report_error(
+                f"not enough memory ({error}): take fewer frames, or a lower rate, max_skip or upsample"
+            )
+        finally:
+            _leave_stdout()
+        sys.exit(code)
+
+
+def _os_problem(error: OSError) -> str:
+    """Say what the system refused, and for which file."""
+    problem = error.strerror or str(error)
+    return f"{os.fspath(error.filename)!s}: {problem}" if error.filename else problem
+
+
+def _leave_stdout() -> None:
+    """Flush now; what can't be written then must not fail again when Python ends."""
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with contextlib.suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@click.group(cls=_Commands, epilog=_EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="retime", prog_name="retime")
+def main() -> None:
+    """Give a motion new timing, its poses untouched (guided time warping).
+
+    Walking, waiting and turning are sped up or slowed down; what has its own timing, such as the flight of a jump,
+    keeps it.
+    """
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,87 @@
+"""Where results go: everything that can be refused is refused before the long work."""
+
+from __future__ import annotations
+
+import errno
+import importlib.util
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
+
+PLOT_SUFFIXES = (".svg", ".png")
+
+
+def check_outputs(outputs: Mapping[str, Path | None], *, inputs: Iterable[Path], force: bool) -> None:
+    """Refuse outputs that could not be written, or would destroy something.
+
+    Parameters
+    ----------
+    outputs : mapping of str to Path
+        What each one is called in messages (its option), and its place; None is left out.
+    inputs : iterable of Path
+        Files that are read.
+    force : bool
+        Files that are there may be replaced. An input never is.
+
+    Raises
+    ------
+    OptionError
+        An output is an input, or two are one file.
+    OutputExistsError
+        One is there already, and `force` is not set.
+    OSError
+        Its folder is missing or can't be written, or it is a folder itself.
+    """
+    sources = list(inputs)
+    taken: dict[str, str] = {}
+    for option, place in outputs.items():
+        if place is None:
+            continue
+        folder = place.parent
+        if not folder.exists():
+            raise FileNotFoundError(errno.ENOENT, f"{option}: there is no folder {folder}; make it first", str(place))
+        if not folder.is_dir():
+            raise NotADirectoryError(errno.ENOTDIR, f"{option}: {folder} is not a folder", str(place))
+        if place.is_dir():
+            raise IsADirectoryError(errno.EISDIR, f"{option}: this is a folder; name a file in it", str(place))
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, f"{option}: the folder {folder} can't be written", str(place))
+        for source in sources:
+            if _same_file(place, source):
+                raise OptionError(f"{option} {place} is the input; choose another place, an input is never overwritten")
+        real = os.path.realpath(place)
+        if real in taken:
+            raise OptionError(f"{option} and {taken[real]} name the same file, {place}")
+        taken[real] = option
+        if not force and place.exists():
+            raise OutputExistsError(place)
+
+
+def check_format(place: Path, *, like: Path) -> None:
+    """Refuse a place whose format can't hold what another file holds; raise FormatError."""
+    from retime.formats.registry import format_of
+
+    wanted, given = format_of(place), format_of(like)
+    if not wanted.writes:
+        raise FormatError(f"{wanted.suffixes[0]} files can be read, but not written", path=place)
+    if wanted.holds != given.holds:
+        raise FormatError(
+            f"a {wanted.suffixes[0]} file holds a {wanted.holds}, not a {given.holds} as {like}", path=place
+        )
+
+
+def check_plot(place: Path) -> None:
+    """Refuse a picture that could not be drawn; raise OptionError or MissingExtraError."""
+    if place.suffix.lower() not in PLOT_SUFFIXES:
+        raise OptionError(f"a picture is {' or '.join(PLOT_SUFFIXES)}; found {place}")
+    if importlib.util.find_spec("matplotlib") is None:
+        raise MissingExtraError("a picture", package="matplotlib", extra="plot")
+
+
+def _same_file(a: Path, b: Path) -> bool:
+    try:
+        return a.samefile(b)
+    except OSError:
+        return os.path.realpath(a) == os.path.realpath(b)

@@ -1,0 +1,119 @@
+"""What a warp did, in a few words and numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from retime.motion.kinematics import flights, global_poses, metres_per_unit, torso_positions
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.warp.curve import FloatArray, Warp
+
+# A playback speed this near to 1 counts as unit speed: nobody sees the difference.
+_UNIT = 0.01
+
+
+@dataclass(frozen=True)
+class InputSpan:
+    """A stretch of the input.
+
+    Attributes
+    ----------
+    start, end : float
+        Input times, seconds.
+    """
+
+    start: float
+    end: float
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return self.end - self.start
+
+
+def flight_spans(clip: Motion | Signal) -> list[InputSpan]:
+    """Find the flights of a motion; a signal has none."""
+    if not isinstance(clip, Motion):
+        return []
+    rate = float(clip.rate)
+    return [InputSpan(first / rate, last / rate) for first, last in flights(clip)]
+
+
+def idle_spans(motion: Motion) -> list[InputSpan]:
+    """Find stretches in which a figure stands still, a quarter of a second or longer.
+
+    The root moves at less than 0.2 m/s, and the other joints at less than 0.1 m/s against it on average.
+    """
+    scale, rate = metres_per_unit(motion), float(motion.rate)
+    if motion.n_frames < 2:
+        return []
+    poses = global_poses(motion)
+    root = np.linalg.norm(np.gradient(poses.positions[:, 0] * scale * rate, axis=0), axis=-1)
+    joints = np.linalg.norm(np.gradient(torso_positions(poses) * scale * rate, axis=0), axis=-1).mean(axis=-1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (root < 0.2) & (joints < 0.1), [0]]).astype(np.int8)))
+    spans = [InputSpan(start / rate, (stop - 1) / rate) for start, stop in edges.reshape(-1, 2).tolist()]
+    return [span for span in spans if span.seconds >= 0.25]
+
+
+def speeds_in(warp: Warp, span: InputSpan) -> FloatArray:
+    """Return the speeds of the warp's pieces inside a span of the input, else of those that cross it."""
+    ends = np.sort(np.stack([warp.input_times[:-1], warp.input_times[1:]]), axis=0)
+    inside = (ends[0] >= span.start - 1e-9) & (ends[1] <= span.end + 1e-9)
+    if not inside.any():
+        inside = (ends[0] < span.end) & (ends[1] > span.start)
+    return np.asarray(warp.slopes[inside])
+
+
+def at_unit_speed(speeds: FloatArray) -> bool:
+    """Whether all of them are 1, as near as one can see."""
+    return bool(np.all(np.abs(speeds - 1.0) < _UNIT))
+
+
+def unit_share(warp: Warp) -> float:
+    """Return how much of the output plays at unit speed, from 0 to 1."""
+    seconds = np.diff(warp.output_times)
+    return float(seconds[np.abs(warp.slopes - 1.0) < _UNIT].sum() / seconds.sum())
+
+
+def output_seconds(warp: Warp, span: InputSpan) -> float:
+    """Return how long the output shows a span of the input; the warp plays forward."""
+    back = warp.inverse()
+    return float(back(span.end) - back(span.start))
+
+
+def length_text(n_frames: int, rate: Fraction) -> str:
+    """Write a length: each frame is shown for a frame period."""
+    return f"{n_frames} frame{'s' * (n_frames != 1)}, {float(n_frames / rate):.2f} s"
+
+
+def rate_text(rate: Fraction) -> str:
+    """Write a rate in Hz."""
+    return f"{float(rate):.6g} Hz"
+
+
+def speed_text(warp: Warp) -> str:
+    """Write the range of speeds, and how much plays at unit speed."""
+    slopes = warp.slopes
+    return f"{slopes.min():.2f} to {slopes.max():.2f}; {unit_share(warp):.0%} of the output at unit speed"
+
+
+def flights_text(warp: Warp, spans: list[InputSpan]) -> str:
+    """Write how many flights play at unit speed, and how the others play."""
+    speeds = [speeds_in(warp, span) for span in spans]
+    changed = [
+        f"{span.start:.2f}-{span.end:.2f} s at {_range_text(speed)}"
+        for span, speed in zip(spans, speeds, strict=True)
+        if len(speed) and not at_unit_speed(speed)
+    ]
+    kept = sum(bool(len(speed)) and at_unit_speed(speed) for speed in speeds)
+    text = f"{kept} of {len(spans)} kept at unit speed"
+    return text + (f"; input {', '.join(changed)}" if changed else "")
+
+
+def _range_text(speeds: FloatArray) -> str:
+    low, high = float(speeds.min()), float(speeds.max())
+    return f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"

@@ -1,0 +1,359 @@
+"""`retime warp`: find a warp for a clip, and use it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed, retimed
+from retime.cli.outputs import check_format, check_outputs, check_plot
+from retime.cli.search_options import search_options
+from retime.cli.sections import Option, SectionedCommand
+from retime.cli.terminal import Stages, say, say_json, say_table
+from retime.errors import OptionError
+from retime.motion.rate import parse_rate
+from retime.motion.timecode import parse_length, parse_time
+
+if TYPE_CHECKING:
+    from retime.motion.motion import Motion
+    from retime.motion.signal import Signal
+    from retime.warp.curve import Warp
+    from retime.warp.guided import GuidedWarp
+
+Key = tuple[str, str]
+
+
+def _length(text: str) -> str:
+    """Refuse what is no length; what it means depends on the clip."""
+    parse_length(text, 10_000_000, Fraction(240))
+    return text
+
+
+def _key(text: str) -> Key:
+    """Split a keytime at its sign; refuse what is no time."""
+    input_time, sign, output_time = text.partition("=")
+    if not sign:
+        raise OptionError(f"expected input time = output time, such as 2.5=1.8 or 300f=0:01.800, found {text!r}")
+    for time in (input_time, output_time):
+        parse_time(time, Fraction(30))
+    return input_time, output_time
+
+
+@dataclass(frozen=True)
+class _Request:
+    """What was asked for: the input, the keytimes, the method, the places."""
+
+    clip: Path
+    clip_options: ClipOptions
+    reference: Path | None
+    reference_frames: str | None
+    reference_fps: Fraction | None
+    length: str | None
+    keys: tuple[Key, ...]
+    method: str
+    output: Path | None
+    save: Path | None
+    plot: Path | None
+    average: bool
+    force: bool
+    search: dict[str, Any]
+
+    def check(self) -> None:
+        """Refuse, before anything is read, what can't end well."""
+        if self.method != "guided":
+            useless = [f"--{'neighbors' if name == 'n_neighbors' else name.replace('_', '-')}" for name in self.search]
+            useless = ["--reference"] * (self.reference is not None) + useless
+            if useless:
+                raise OptionError(
+                    f"{', '.join(useless)} would have no effect: there is no search with --method {self.method}"
+                )
+        for option, value in (("--reference-frames", self.reference_frames), ("--reference-fps", self.reference_fps)):
+            if value is not None and self.reference is None:
+                raise OptionError(f"{option} needs --reference")
+        skeletons = [] if self.clip_options.skeleton is None else [self.clip_options.skeleton]
+        inputs = [self.clip, *skeletons] + ([] if self.reference is None else [self.reference])
+        check_outputs(
+            {"--output": self.output, "--save": self.save, "--plot": self.plot}, inputs=inputs, force=self.force
+        )
+        if self.output is not None:
+            check_format(self.output, like=self.clip)
+        if self.plot is not None:
+            check_plot(self.plot)
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    """A warp, its search where there was one, and the clip with it."""
+
+    clip: Motion | Signal
+    warp: Warp
+    search: GuidedWarp | None
+    n_output_frames: int
+    stages: Stages
+
+
+_EXAMPLES = (
+    "\b\nExamples\n"
+    "  retime warp walk.bvh --length 65% -o shorter.bvh --plot warp.svg\n"
+    "  retime warp walk.bvh --key 2.5=1.8 --reference limp.bvh -o limping.bvh\n"
+)
+
+
+@click.command("warp", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.argument("clip", type=PATH)
+@clip_options
+@click.option(
+    "--reference",
+    cls=Option,
+    section="Reference",
+    metavar="CLIP",
+    type=PATH,
+    default_text="the clip itself",
+    help="Imitate the timing of this clip, of the same joints or channels; --skeleton, --repair and --decimal-comma "
+    "hold for it too.",
+)
+@click.option(
+    "--reference-frames",
+    cls=Option,
+    section="Reference",
+    metavar="A:B",
+    help="Frames of the reference, as its file numbers them.",
+)
+@click.option(
+    "--reference-fps",
+    cls=Option,
+    section="Reference",
+    metavar="R",
+    callback=parsed(parse_rate),
+    help="Frames a second of the reference, in place of what its file declares.",
+)
+@click.option(
+    "--length",
+    cls=Option,
+    section="Keytimes",
+    metavar="L",
+    callback=parsed(_length),
+    default_text="as the input",
+    help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate).",
+)
+@click.option(
+    "--key",
+    "keys",
+    cls=Option,
+    section="Keytimes",
+    metavar="IN=OUT",
+    callback=parsed(_key),
+    multiple=True,
+    help="Show input time IN at output time OUT (2.5, 120f or mm:ss.mmm from the first frame used); repeat for more.",
+)
+@click.option(
+    "--method",
+    cls=Option,
+    section="Method",
+    type=click.Choice(["guided", "linear", "spline"]),
+    default="guided",
+    default_text="guided",
+    help="Search for a natural warp, or join the keytimes by lines or by a spline.",
+)
+@search_options
+@click.option(
+    "-o",
+    "--output",
+    cls=Option,
+    section="Output",
+    metavar="OUT",
+    type=PATH,
+    help="Write the retimed clip; the name's ending says in which format.",
+)
+@click.option(
+    "--save",
+    cls=Option,
+    section="Output",
+    metavar="WARP.json",
+    type=PATH,
+    help="Write the warp, for retime apply and retime plot.",
+)
+@click.option(
+    "--plot",
+    cls=Option,
+    section="Output",
+    metavar="FILE",
+    type=PATH,
+    help="Draw the warp beside linear, and spline where there are keys (.svg, .png).",
+)
+@click.option(
+    "--no-average",
+    "average",
+    cls=Option,
+    section="Output",
+    is_flag=True,
+    flag_value=False,
+    default=True,
+    help="Don't average the input where it is sped up.",
+)
+@click.option(
+    "--force", cls=Option, section="Output", is_flag=True, help="Replace files that are there; never the input."
+)
+@click.option(
+    "--json",
+    "as_json",
+    cls=Option,
+    section="Output",
+    is_flag=True,
+    help="Print one JSON object instead of the summary.",
+)
+@click.option("-q", "--quiet", cls=Option, section="Output", is_flag=True, help="Print no summary.")
+def command(*, as_json: bool, quiet: bool, **given: Any) -> None:
+    """Give CLIP new timing: shorter or longer, or with chosen moments at chosen times.
+
+    The search keeps the clip's own timing wherever the length allows it (the flight of a jump stays as fast as it
+    was), or imitates that of a reference.
+    """
+    request = _Request(**given)
+    request.check()
+    outcome = _run(request, Stages(quiet=quiet))
+    if as_json:
+        say_json(_document(request, outcome))
+    elif not quiet:
+        _say_summary(request, outcome)
+
+
+def _run(request: _Request, stages: Stages) -> _Outcome:
+    # Heavy imports wait until something is to be done.
+    from retime.formats.registry import write
+    from retime.formats.warp_file import write_warp
+    from retime.warp.apply import output_frame_times
+
+    with stages.stage("read", "reading"):
+        clip = request.clip_options.read(request.clip)
+        reference = _read_reference(request)
+    with stages.stage("search", "searching"):
+        warp, search = _find(request, clip, reference)
+        warp = replace(warp, name=clip.name)
+    if request.output is not None:
+        with stages.stage("apply", "resampling"):
+            result = retimed(clip, warp, average=request.average)
+        with stages.stage("write", "writing"):
+            write(result, request.output, overwrite=request.force)
+    if request.save is not None:
+        with stages.stage("write", "writing"):
+            write_warp(warp, request.save, overwrite=request.force)
+    if request.plot is not None:
+        with stages.stage("plot", "drawing"):
+            _draw(request, clip, warp)
+    n_output_frames = len(output_frame_times(warp, float(clip.rate)))
+    return _Outcome(clip, warp, search, n_output_frames, stages)
+
+
+def _read_reference(request: _Request) -> Motion | Signal | None:
+    if request.reference is None:
+        return None
+    options = request.clip_options
+    return ClipOptions(
+        frames=request.reference_frames,
+        fps=request.reference_fps,
+        skeleton=options.skeleton,
+        repair=options.repair,
+        decimal_comma=options.decimal_comma,
+    ).read(request.reference)
+
+
+def _find(
+    request: _Request, clip: Motion | Signal, reference: Motion | Signal | None
+) -> tuple[Warp, GuidedWarp | None]:
+    """Find the warp by the method asked for."""
+    from retime.warp.guided import as_keytimes, guided_warp
+    from retime.warp.keytimes import check_keytimes
+    from retime.warp.spline import linear_warp, spline_warp
+
+    if request.method == "guided":
+        search = guided_warp(clip, reference=reference, length=request.length, keys=request.keys, **request.search)
+        return search.warp, search
+    keytimes = check_keytimes(as_keytimes(clip, request.length, request.keys), clip.duration)
+    if request.method == "linear":
+        return linear_warp(keytimes), None
+    return spline_warp(keytimes, rate=float(clip.rate)), None
+
+
+def _draw(request: _Request, clip: Motion | Signal, warp: Warp) -> None:
+    """Draw the warp beside what an animator has today."""
+    from retime.evaluate.plot import plot_warps
+    from retime.warp.spline import linear_warp, spline_warp
+
+    warps = {"linear": linear_warp(warp.keytimes)}
+    if len(warp.keytimes) > 2:
+        warps["spline"] = spline_warp(warp.keytimes, rate=float(clip.rate))
+    warps[request.method] = warp
+    plot_warps(warps, motion=clip, path=request.plot, title=clip.name, overwrite=request.force)
+
+
+def _document(request: _Request, outcome: _Outcome) -> dict[str, Any]:
+    """Collect what --json prints; the search's numbers are null where there was none."""
+    search = outcome.search
+    seconds = dict(outcome.stages.seconds)
+    if search is not None:
+        # The search says itself how long each of its stages took.
+        del seconds["search"]
+        seconds = {"read": seconds.pop("read"), **search.seconds, **seconds}
+    return {
+        "method": request.method,
+        "input": str(request.clip),
+        "reference": None if request.reference is None else str(request.reference),
+        "input_frames": outcome.clip.n_frames,
+        "input_rate": float(outcome.clip.rate),
+        "output_frames": outcome.n_output_frames,
+        "output_rate": float(outcome.clip.rate),
+        "n_input": None if search is None else search.n_input,
+        "n_output": None if search is None else search.n_output,
+        "n_reference": None if search is None else search.n_reference,
+        "max_skip": None if search is None else search.max_skip,
+        "n_neighbors": None if search is None else search.n_neighbors,
+        "rate": None if search is None else search.rate,
+        "upsample": None if search is None else search.upsample,
+        "total": None if search is None else search.total,
+        "path": None if search is None else search.path.frames.tolist(),
+        "seconds": seconds,
+        "output": None if request.output is None else str(request.output),
+        "warp": None if request.save is None else str(request.save),
+        "plot": None if request.plot is None else str(request.plot),
+    }
+
+
+def _say_summary(request: _Request, outcome: _Outcome) -> None:
+    from retime.cli import summary
+
+    clip, search = outcome.clip, outcome.search
+    last_frame = clip.first_frame + clip.n_frames - 1
+    share = outcome.n_output_frames / clip.n_frames
+    rows = [
+        (
+            "input",
+            f"{request.clip}, frames {clip.first_frame}:{last_frame}: "
+            f"{summary.length_text(clip.n_frames, clip.rate)} at {summary.rate_text(clip.rate)}",
+        ),
+        ("output", f"{summary.length_text(outcome.n_output_frames, clip.rate)} ({share:.1%} of the input)"),
+    ]
+    if search is not None:
+        upsampled = f", upsample {search.upsample}" if search.upsample > 1 else ""
+        rows.append(
+            (
+                "search",
+                f"n_input {search.n_input}, n_output {search.n_output}, n_reference {search.n_reference}, max_skip "
+                f"{search.max_skip}{upsampled} at {search.rate:g} Hz",
+            )
+        )
+    rows.append(("speed", summary.speed_text(outcome.warp)))
+    spans = summary.flight_spans(clip)
+    if spans:
+        rows.append(("flights", summary.flights_text(outcome.warp if search is None else search.steps, spans)))
+    rows += [("wrote", str(place)) for place in (request.output, request.save, request.plot) if place is not None]
+    say_table(rows)
+    if request.output is request.save is request.plot is None:
+        say(
+            "Nothing was written. To keep the result: -o OUT (the retimed clip), --save WARP.json (the warp), "
+            "--plot WARP.svg (a picture)."
+        )

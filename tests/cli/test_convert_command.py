@@ -1,0 +1,45 @@
+"""`retime convert`: from one format to another, cut, and at another rate."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from retime import read
+from retime.motion.kinematics import global_poses
+
+
+def test_a_motion_keeps_its_poses(run, clips, tmp_path) -> None:
+    result = run("convert", clips.bvh, "jump.amc")
+    assert result.stdout == "jump.amc: 241 frames, 4.02 s at 60 Hz\n"
+    run("convert", "jump.amc", "back.bvh", "--fps", "60")
+    before, after = (global_poses(read(path)) for path in (clips.bvh, tmp_path / "back.bvh"))
+    # The ASF has bones of its own where a joint's children stand apart; the feet are the same.
+    np.testing.assert_allclose(before.end_positions, after.end_positions, atol=1e-4)
+
+
+def test_a_signal_keeps_its_numbers(run, clips, tmp_path) -> None:
+    run("convert", clips.csv, "camera.npz", "-q")
+    run("convert", "camera.npz", "camera.npy")
+    np.testing.assert_array_equal(read(tmp_path / "camera.npz").values, read(clips.csv).values)
+
+
+def test_cut_and_rate(run, clips, tmp_path) -> None:
+    run("convert", clips.bvh, "cut.bvh", "--drop-first", "1", "--frames", "1:100", "--fps", "30")
+    cut = read(tmp_path / "cut.bvh")
+    assert (cut.n_frames, cut.rate) == (100, 30)
+    np.testing.assert_allclose(cut.local_translations, read(clips.bvh).local_translations[1:101], atol=1e-6)
+
+
+@pytest.mark.parametrize("target", ["x.csv", "x.npz"])
+def test_a_motion_is_no_signal(run, clips, target) -> None:
+    assert "holds a signal, not a motion" in run("convert", clips.bvh, target, code=1).stderr
+
+
+def test_only_force_replaces(run, clips, tmp_path) -> None:
+    (tmp_path / "old.bvh").write_text("old")
+    assert "exists already" in run("convert", clips.bvh, "old.bvh", code=1).stderr
+    assert (tmp_path / "old.bvh").read_text() == "old"
+    run("convert", clips.bvh, "old.bvh", "--force")
+    assert read(tmp_path / "old.bvh").n_frames == 241
+    assert "is the input" in run("convert", "old.bvh", "old.bvh", "--force", code=2).stderr

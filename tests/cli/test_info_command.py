@@ -1,0 +1,109 @@
+"""`retime info`: what a clip holds, and how retime is built."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retime import write
+from retime.cli import info
+from retime.kernels import BACKENDS, compiled_available
+from tests.cli.figures import figure
+
+
+def test_a_motion(run, clips) -> None:
+    rows = dict(line.split(maxsplit=1) for line in run("info", clips.bvh).stdout.splitlines())
+    assert rows == {
+        "clip": f"{clips.bvh}, a motion (bvh)",
+        "frames": "241, numbered 0:240",
+        "rate": "60 Hz",
+        "length": "4.017 s",
+        "channels": "21",
+        "unit": "not known (flights take a size from the skeleton)",
+        "joints": "6, and 3 end sites: Hips, Chest, LeftLeg, LeftFoot, RightLeg, RightFoot",
+        "flights": "1: frames 108:132 (1.80-2.20 s)",
+    }
+
+
+def test_a_motion_as_json(run, clips) -> None:
+    document = json.loads(run("info", clips.bvh, "--json", "--drop-first", "8", "--fps", "29.97").stdout)
+    assert document.pop("seconds") == pytest.approx(233 * 1.001 / 30)
+    assert document.pop("rate") == pytest.approx(29.97, abs=1e-4)
+    assert document == {
+        "path": str(clips.bvh),
+        "format": "bvh",
+        "holds": "motion",
+        "name": "jump",
+        "frames": 233,
+        "first_frame": 8,
+        "exact_rate": "30000/1001",
+        "channels": 21,
+        "joints": ["Hips", "Chest", "LeftLeg", "LeftFoot", "RightLeg", "RightFoot"],
+        "parents": [-1, 0, 0, 2, 0, 4],
+        "end_sites": 3,
+        "metres_per_unit": None,
+        # Half as fast, nothing falls as freely as it should.
+        "flights": [],
+    }
+
+
+def test_a_signal(run, clips) -> None:
+    assert "2: pan, tilt" in run("info", clips.csv).stdout
+    document = json.loads(run("info", clips.csv, "--json", "--frames", "10:19").stdout)
+    assert (document["holds"], document["frames"], document["first_frame"]) == ("signal", 10, 10)
+    assert document["channel_names"] == ["pan", "tilt"]
+
+
+def test_a_known_unit_and_a_film_rate(run, tmp_path) -> None:
+    write(replace(figure(), metres_per_unit=0.01, rate=Fraction(24000, 1001)), tmp_path / "film.amc")
+    text = run("info", "film.amc", "--fps", "23.976").stdout
+    assert "23.976 Hz (24000/1001)" in text
+    assert " m\n" in text
+
+
+def test_names_can_not_steer_the_terminal(run, tmp_path) -> None:
+    motion = figure()
+    names = ("Hips\x1b[31m", *motion.skeleton.names[1:])
+    write(replace(motion, skeleton=replace(motion.skeleton, names=names)), tmp_path / "red.bvh")
+    result = run("info", "red.bvh")
+    assert "\x1b" not in result.stdout
+    assert r"Hips\x1b[31m" in result.stdout
+
+
+def test_build_says_which_backend_is_in_use(run) -> None:
+    document = json.loads(run("info", "--build", "--json").stdout)
+    assert document["backend"] in BACKENDS
+    assert document["compiled_available"] == compiled_available()
+    assert document["packages"]["numpy"] == np.__version__
+    text = run("info", "--build").stdout
+    assert f"backend  {document['backend']}" in text
+
+
+def test_build_says_which_extras_are_missing(run, monkeypatch) -> None:
+    monkeypatch.setitem(info.EXTRAS, "plot", "no_such_package_here")
+    assert "not installed: pip install 'retime[plot]'" in run("info", "--build").stdout
+    assert json.loads(run("info", "--build", "--json").stdout)["extras"] == {"plot": None}
+
+
+def test_every_extra_is_known() -> None:
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text("utf-8"))["project"]
+    for extra, requirements in project["optional-dependencies"].items():
+        assert any(line.startswith(info.EXTRAS[extra]) for line in requirements)
+
+
+def test_a_backend_that_can_not_be_had_is_an_error(command) -> None:
+    import os
+
+    done = command("info", "--build", env={**os.environ, "RETIME_BACKEND": "abacus"})
+    assert (done.returncode, done.stderr) == (2, "error: the backend must be one of compiled, numpy; found 'abacus'\n")
+
+
+@pytest.mark.parametrize("arguments", [[], ["--build", "clip.bvh"]])
+def test_it_wants_a_clip_or_build(run, arguments) -> None:
+    assert "give a CLIP" in run("info", *arguments, code=2).stderr
