@@ -6,8 +6,9 @@ from fractions import Fraction
 
 import numpy as np
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
+from scipy.spatial.transform import Rotation
 
+from retime.motion import rotation
 from retime.motion.motion import Motion
 from retime.motion.skeleton import EndSite, Skeleton
 
@@ -17,20 +18,37 @@ RATES = [
     Fraction(100, 3),
 ]
 
-# Halves and zeros make right angles, gimbal locks, opposite quaternions and ties; shrinking leads to them.
-_parts = st.one_of(st.sampled_from([0.0, 0.5, -0.5, 1.0, -1.0, 1e-9]), st.floats(-1, 1, width=32))
+# Every turn of a cube onto itself, in both signs: right angles, gimbal locks, half turns, opposite quaternions, ties.
+_CUBE = Rotation.create_group("O").as_quat(scalar_first=True)
+_SPECIAL = np.concatenate([_CUBE, -_CUBE, rotation.about_axis(1, np.array([1e-12, 1e-9, 1e-6, np.pi - 1e-9]))])
 
 
-@st.composite
-def quaternions(draw, *shape: int) -> np.ndarray:
-    """Unit quaternions, wxyz; one that comes out too short becomes the identity."""
-    q = draw(arrays(np.float64, (*shape, 4), elements=_parts))
-    length = np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
-    return np.where(length > 1e-3, q / np.where(length > 1e-3, length, 1.0), [1.0, 0.0, 0.0, 0.0])
+# A seed and a share: drawing every number by itself would take hypothesis most of the tests' time.
+_seeds = st.integers(0, 2**32 - 1)
+_shares = st.sampled_from([0.0, 0.5, 1.0])
+
+
+def quaternions(*shape: int) -> st.SearchStrategy[np.ndarray]:
+    """Unit quaternions, wxyz, random, special or both."""
+
+    def make(seed: int, share: float) -> np.ndarray:
+        rng = np.random.default_rng(seed)
+        q = rotation.normalize(rng.normal(size=(*shape, 4)))
+        special = _SPECIAL[rng.integers(len(_SPECIAL), size=shape)]
+        return np.where(rng.random((*shape, 1)) < share, special, q)
+
+    return st.builds(make, _seeds, _shares)
 
 
 def vectors(*shape: int) -> st.SearchStrategy[np.ndarray]:
-    return arrays(np.float64, (*shape, 3), elements=st.floats(-100, 100, width=32))
+    """Vectors in a space of a hundred units, random, small whole numbers or both; many zeros."""
+
+    def make(seed: int, share: float) -> np.ndarray:
+        rng = np.random.default_rng(seed)
+        whole = rng.integers(-1, 2, size=(*shape, 3))
+        return np.where(rng.random((*shape, 3)) < share, whole, rng.uniform(-100, 100, (*shape, 3)))
+
+    return st.builds(make, _seeds, _shares)
 
 
 @st.composite
