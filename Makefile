@@ -25,7 +25,7 @@ help:  ## Say what there is to make
 install: $(INSTALLED)  ## Set up .venv with retime in it, editable; build its kernels again where they changed
 
 demo: $(INSTALLED)  ## Retime the sample clip into out/demo
-	$(VENV)/bin/retime demo --out out/demo
+	$(VENV)/bin/retime demo --out out/demo --force
 
 test: $(INSTALLED)  ## Run the tests, and the examples in docstrings and docs
 	$(PY) -m pytest
