@@ -143,11 +143,12 @@ def _draw_off_the_axis(axes: Axes, warp: Warp, pen: Pen, number: int) -> None:
         height = low * (high / low) ** (foot + _LANE / 2)
         _note(axes, "hold", (a + b) / 2, height, (0, -3), pen, size=7.5)
     if backward.any():
-        dots = {**pen.line, "linestyle": (0, (1, 1))}
+        # Dots alone could be another warp's pen.
+        dots = {**pen.line, "linestyle": (0, (1, 1)), "marker": "<", "markersize": 5, "markevery": 0.05}
         axes.plot(*step_curve(warp, backward, -slopes), zorder=3, label="_backward", **dots)
         a, b = _longest(stretches(warp, backward))
         top = float(np.clip(abs(warp.speed((a + b) / 2)), low, high))
-        _note(axes, "◂ backward", (a + b) / 2, top, (0, 5 if top < 6 else -14), pen)
+        _note(axes, "backward", (a + b) / 2, top, (0, 5 if top < 6 else -14), pen)
     beyond = (np.abs(slopes) > high * (1 + 1e-9)) | ((np.abs(slopes) < low * (1 - 1e-9)) & ~held)
     if beyond.any():
         at_edge = step_curve(warp, beyond, np.clip(np.abs(slopes), low, high))
