@@ -45,8 +45,8 @@ _CHANNEL_NAMES = {
     "ry": "Yrotation",
     "rz": "Zrotation",
 }
-# For an ASF that is already in memory: one that was read within its reader's limits, or one made here, whose helper bones
-# may lead past those that the motion keeps.
+# For an ASF that is already in memory: one that was read within its reader's limits, or one made here, whose helper
+# bones may lead past those that the motion keeps.
 _UNBOUNDED = Limits(joints=1 << 40, depth=1 << 40, line_bytes=1 << 40, name_bytes=1 << 40)
 # Of the longest offset: what a program that works in 32-bit numbers leaves of a translation that doesn't move.
 _STILL = 1e-5
@@ -189,7 +189,11 @@ class _Reader:
         self.blocks: list[list[float]] = []
         self.n_frames = 0
         self.counts = [len(channels) for channels in asf.channels]
-        self.joints = self.names()
+        names = [name.encode(asf.encoding) for name in asf.skeleton.names]
+        self.joints = {name: joint for joint, name in enumerate(names)}
+        # Some programs change the case of names; that helps where no two differ by it alone.
+        times = Counter(name.lower() for name in names)
+        self.alike = {name.lower(): joint for joint, name in enumerate(names) if times[name.lower()] == 1}
         # The frame that is being read: its number and line, and the joints with their lines and words.
         self.number = -1
         self.line = 0
@@ -198,13 +202,6 @@ class _Reader:
         self.left_out: dict[int, int] = {}
         self.words: list[bytes] = []
         self.piece: list[tuple[int, dict[int, tuple[int, list[bytes]]]]] = []
-
-    def names(self) -> dict[bytes, int]:
-        """Find joints by name; by name in lower case too, where that is one joint's alone."""
-        names = [name.encode(self.asf.encoding) for name in self.asf.skeleton.names]
-        times = Counter(name.lower() for name in names)
-        alike = {name.lower(): joint for joint, name in enumerate(names) if times[name.lower()] == 1}
-        return alike | {name: joint for joint, name in enumerate(names)}
 
     def error(self, line: int, problem: str, column: int | None = None) -> FormatError:
         return FormatError(problem, path=self.path, line=line, column=column)
@@ -248,6 +245,8 @@ class _Reader:
                 continue
             name = words[0]
             joint = joints.get(name)
+            if joint is None:
+                joint = self.alike.get(name.lower())
             if joint is not None and self.number >= 0:
                 if len(values) != wanted:
                     raise self.wrong_count(last)
@@ -264,7 +263,7 @@ class _Reader:
                 last, values, wanted = -1, [], 0
             elif self.number < 0:
                 self.keyword(number, line, words)
-            elif last >= 0 and name[0] in b"+-.0123456789":
+            elif len(values) < wanted and name[0] in b"+-.0123456789":
                 # The values of some writers run on in the next line.
                 values += words
                 if len(values) > wanted:
@@ -323,9 +322,9 @@ class _Reader:
     def start_frame(self, number: int, word: bytes) -> None:
         frame = parse_count(word)
         if self.number >= 0:
+            self.finish_frame(number)
             if frame != self.number + 1:
                 raise self.error(number, f"frame {frame} follows frame {self.number}; frame numbers must go up by one")
-            self.finish_frame(number)
         else:
             self.first_frame = frame
         # The frames of this piece that are still words count too.
@@ -368,6 +367,12 @@ class _Reader:
         line, words = self.record[joint]
         name = self.asf.skeleton.names[joint]
         channels = self.asf.channels[joint]
+        try:
+            # Two numbers run together are one too few, and the better thing to say.
+            parse_numbers(b" ".join(words), decimal_comma=self.options.decimal_comma)
+        except NumberTextError as error:
+            number, column = self.place(line, error.index)
+            return self.error(number, f"frame {self.number}, joint {name!r}: {error.problem}", column)
         free = f"{len(channels)} ({' '.join(channels)})" if channels else "none"
         return self.error(
             line,
@@ -642,9 +647,9 @@ def _values(motion: Motion, output: _Output, path: Path) -> list[FloatArray]:
 
 
 def _refuse_moving(shift: FloatArray, free: set[int], scale: float, motion: Motion, source: int, path: Path) -> None:
-    held = np.abs(shift[:, [axis for axis in range(3) if axis not in free]])
-    if held.size and held.max() > _STILL * scale:
-        frame = int(held.max(axis=1).argmax())
+    held = np.linalg.norm(shift[:, [axis for axis in range(3) if axis not in free]], axis=-1)
+    if held.max() > _STILL * scale:
+        frame = int(held.argmax())
         raise FormatError(
             f"joint {motion.skeleton.names[source]!r} is {held.max():.6g} units from its place at frame {frame}, "
             "and the ASF gives it no translation; write a BVH instead",
@@ -660,9 +665,7 @@ def _angles(motion: Motion, output: _Output, joint: int, source: int) -> tuple[F
     m = rotation.multiply(
         rotation.multiply(rotation.conjugate(asf.before[joint]), q), rotation.conjugate(asf.after[joint])
     )
-    near = None
-    if output.declared and motion.declared_angles is not None:
-        near = motion.declared_angles[:, source, : len(turns)]
+    near = _declared(motion, output, source, turns)
     order = turn_order(turns)
     if len(turns) == 3:
         # Intrinsic angles in the order of multiplication are the file's, backwards.
@@ -677,6 +680,21 @@ def _angles(motion: Motion, output: _Output, joint: int, source: int) -> tuple[F
         same = _apart(q, _compose(asf, joint, near)) < 1e-10
         angles = np.where(same[:, None], near, angles)
     return angles, np.rad2deg(_apart(q, _compose(asf, joint, angles)))
+
+
+def _declared(motion: Motion, output: _Output, source: int, turns: list[str]) -> FloatArray | None:
+    """Find the angles that a joint's file gave it, where they mean the same here, shape (n_frames, number of turns)."""
+    declaration, angles = motion.declaration, motion.declared_angles
+    if angles is None or declaration is None:
+        return None
+    if output.declared:
+        return angles[:, source, : len(turns)]
+    if declaration.format == "bvh" and len(declaration.channels) == motion.skeleton.n_joints:
+        # BVH multiplies in the order in which it lists its rotations, ASF the other way round.
+        letters = [channel[0] for channel in declaration.channels[source] if channel.endswith("rotation")]
+        if "".join(letters) == turn_order(turns):
+            return angles[:, source, ::-1]
+    return None
 
 
 def _apart(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -723,7 +741,9 @@ def _continuous(angles: FloatArray) -> FloatArray:
     change = _wrapped(other[1:] - angles[:-1])
     changes = np.sum(change**2, axis=-1) < np.sum(stay**2, axis=-1)
     odd = np.concatenate([[0], np.cumsum(changes)]) % 2 == 1
-    return np.unwrap(np.where(odd[:, None], other, angles), axis=0)
+    continuous = np.unwrap(np.where(odd[:, None], other, angles), axis=0)
+    # Near gimbal lock angles can wind up turn after turn, and would lose their decimals.
+    return continuous if np.abs(continuous).max() < 8 * np.pi else _wrapped(continuous)
 
 
 def _wrapped(angles: FloatArray) -> FloatArray:

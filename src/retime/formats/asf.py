@@ -233,6 +233,8 @@ class _Parser:
                 starts.append((words[0].lower(), number))
             elif words and not starts and not words[0].startswith(b"#"):
                 raise self.error(number, f"expected a keyword such as :version or :units, found {show(words[0])}")
+        if not starts:
+            raise self.error(len(self.lines), "the file ends without a keyword; expected an ASF skeleton")
         stops = [number - 1 for _, number in starts[1:]] + [len(self.lines)]
         return [(word, number, stop) for (word, number), stop in zip(starts, stops, strict=True)]
 

@@ -113,11 +113,12 @@ class _Table:
 
     def find_delimiter(self) -> str:
         """Take a tab or semicolon where the first line that isn't blank has one, outside of quotes; else the comma."""
-        first = next(line for line in BytesIO(self.data) if line.strip())
-        plain = re.sub(rb'"[^"]*"', b"", first)
+        # Quoted names may hold line ends too, so quotes go first.
+        plain = re.sub(rb'"[^"]*"', b'""', self.data[:_PIECE_BYTES])
+        first = next((line for line in BytesIO(plain) if line.strip()), b"")
         for delimiter in "\t;":
             # White space around a lone column is no delimiter.
-            if delimiter.encode() in plain.strip():
+            if delimiter.encode() in first.strip():
                 return delimiter
         return "," if not self.options.decimal_comma else ";"
 
@@ -279,7 +280,7 @@ class _Table:
                     None,
                     f"the table has no column of times ({', '.join(TIME_NAMES)}), so its rate must be given (--fps)",
                 )
-            rate = self.rate_of(self.values[:, time], self.names[time])
+            rate = self.rate_of(time)
         kept = [i for i in range(len(lower)) if i not in (time, frame)]
         if not kept:
             raise self.error(None, f"the table has no column beside {self.names[time or 0]!r}")
@@ -295,8 +296,9 @@ class _Table:
             first_frame=first_frame,
         )
 
-    def rate_of(self, times: FloatArray, name: str) -> Fraction:
+    def rate_of(self, column: int) -> Fraction:
         """Find the rate of a column of times, which must be even."""
+        times, name = self.values[:, column], self.names[column]
         hint = "; a rate that is given (--fps) takes the rows as even"
         if len(times) == 1:
             raise self.error(None, f"a single row's {name!r} gives no rate, so it must be given (--fps)")
@@ -317,17 +319,23 @@ class _Table:
             )
         step = float((times[-1] - times[0]) / (len(times) - 1))
         off = np.abs(steps - step)
-        if off.max() > max(0.01 * step, min(2 * _unit(times), 0.75 * step)):
+        unit = _unit(times, self.decimals(column))
+        if off.max() > max(0.01 * step, min(2 * unit, 0.75 * step)):
             row = int(off.argmax()) + 1
             raise self.error(
                 self.line_of_row(row),
                 f"row {row + 1}: {name!r} goes from {times[row - 1]:.10g} to {times[row]:.10g}, a step of "
                 f"{steps[row - 1]:.6g} where the mean is {step:.6g}; times must be even{hint}",
             )
-        rate = _rate(times)
+        rate = _rate(times, unit)
         if rate is None:
-            raise self.error(None, f"the step of {name!r}, {step:.6g}, gives no rate")
+            raise self.error(None, f"the mean step of {name!r}, {step:.6g} s, gives no rate of 0.000001 to 1,000,000")
         return rate
+
+    def decimals(self, column: int) -> int:
+        """Count the decimals of a column in the first row, for times such as 0.50 and 1.00 that don't show them all."""
+        _, _, fields = next(self.rows(self.data[self.body :], self.body_line))
+        return len(re.sub("[eE].*", "", fields[column].replace(",", ".")).partition(".")[2])
 
 
 def _counts_up(values: FloatArray) -> bool:
@@ -343,11 +351,11 @@ def _whole(number: float) -> int | None:
     return round(number)
 
 
-def _unit(times: FloatArray) -> float:
-    """Find the size of one in the last decimal that times are written with."""
+def _unit(times: FloatArray, at_least: int) -> float:
+    """Find the size of one in the last decimal that times are written with: `at_least`, or more if they need more."""
     largest = float(np.max(np.abs(times)))
     spacing = 2 * float(np.spacing(largest))
-    for decimals in range(17):
+    for decimals in range(at_least, 17):
         if 10.0**-decimals <= spacing:
             break
         if np.array_equal(np.round(times, decimals), times):
@@ -355,26 +363,19 @@ def _unit(times: FloatArray) -> float:
     return spacing
 
 
-def _rate(times: FloatArray) -> Fraction | None:
-    """Find the exact rate behind times that are even but for their last decimal."""
-    step = Fraction(float(times[-1])) - Fraction(float(times[0]))
-    step /= len(times) - 1
-    # Each end is rounded, or cut, by one unit at most; a frame time must not be written more exactly than it is known.
-    known = _unit(times) / (len(times) - 1)
-    decimals = min(max(math.floor(-math.log10(known)), 0), 30)
-    text = f"{round(step * 10**decimals)}e-{decimals}"
-    written = Fraction(text)
-    if written <= 0:
+def _rate(times: FloatArray, unit: float) -> Fraction | None:
+    """Find the exact rate behind times that are even but for their last decimal's `unit`; None where there is none."""
+    step = (Fraction(float(times[-1])) - Fraction(float(times[0]))) / (len(times) - 1)
+    # Each end was rounded or cut, by one unit at most.
+    known = unit / (len(times) - 1)
+    # As a decimal whose last place is at least four times as large, and with a quarter added before it is cut, the
+    # step lies where a reader of decimals looks for it: half a unit down to one unit up.
+    decimals = min(math.floor(-math.log10(4 * known)), 30)
+    scale = Fraction(10) ** decimals
+    try:
+        return rate_from_frame_time(f"{math.floor(step * scale + Fraction(1, 4))}e{-decimals}")
+    except ValueError:
         return None
-    rate = rate_from_frame_time(text)
-    if rate == 1 / written:
-        # No rate that is whole, nor of television: the plainest fraction that the digits allow.
-        unit = Fraction(1, 10**decimals)
-        for digits in range(1, 19):
-            plain = rate.limit_denominator(10**digits)
-            if plain > 0 and abs(1 / plain - written) <= unit and abs(1 / plain - written) * 100 <= written:
-                return plain
-    return rate
 
 
 def write(signal: Motion | Signal, path: Path, *, overwrite: bool) -> None:
@@ -431,7 +432,7 @@ def _exact_times(signal: Signal, path: Path) -> tuple[FloatArray, int]:
     if signal.n_frames > 1:
         for decimals in range(least, least + 12):
             written = np.round(times, decimals)
-            if np.all(np.diff(written) > 0) and _rate(written) == signal.rate:
+            if np.all(np.diff(written) > 0) and _rate(written, _unit(written, decimals)) == signal.rate:
                 return written, decimals
     warnings.warn(
         f"{path}: the column of times can't say that the rate is {signal.rate}; give it when the file is read (--fps)",
@@ -444,8 +445,11 @@ def _exact_times(signal: Signal, path: Path) -> tuple[FloatArray, int]:
 def _parts(signal: Signal, time: str, times: FloatArray, decimals: int) -> Iterator[bytes]:
     """Yield the file's bytes, some rows at a time."""
     text = StringIO()
-    names = (f"'{name}" if _FORMULA.match(name) else name for name in signal.names)
-    csv.writer(text, lineterminator="\n").writerow([time, *names])
+    names = [f"'{name}" if _FORMULA.match(name) else name for name in signal.names]
+    # A name with another delimiter in it needs its quotes too, or the first line would be taken for that one's.
+    confusing = any(re.search("[\t;]", name) for name in names)
+    writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL if confusing else csv.QUOTE_MINIMAL)
+    writer.writerow([time, *names])
     yield text.getvalue().encode("utf-8", "replace")
     for start in range(0, signal.n_frames, 1024):
         rows = zip(times[start : start + 1024].tolist(), signal.values[start : start + 1024].tolist(), strict=True)
