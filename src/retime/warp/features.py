@@ -6,12 +6,15 @@ Everything here is for looking at the motion; the output is never made from it.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.errors import OptionError
+from retime.motion.joint_names import near_names
 from retime.motion.kinematics import global_poses, heading_positions, torso_positions
 from retime.motion.motion import Motion, frame_positions
 from retime.motion.rotation import FloatArray
@@ -20,45 +23,170 @@ from retime.motion.signal import Signal
 POSE_SPACES = ("torso", "heading", "signal")
 
 
-def pose_vectors(motion: Motion | Signal, space: str | None = None) -> FloatArray:
+@dataclass(frozen=True)
+class PoseOptions:
+    """What of a motion makes its pose, and how much each part of it counts.
+
+    Parameters
+    ----------
+    space : {"torso", "heading", "signal"}, optional
+        ``torso``: positions of all joints but the root in the root's space (the paper's). ``heading``: positions of
+        all joints with ground position and turn removed, height and tilt kept. ``signal``: the channels themselves.
+        Left out: ``torso`` for a motion, ``signal`` for a signal.
+    joints : sequence of str, optional
+        Joints (or channels) that count; of a repeated name every joint. Left out: all.
+    weights : mapping of str to float
+        For joints (or channels) a factor on their coordinates, 0 or more; 1 for those that are not named.
+    scales : mapping of str to float
+        For channels of a signal what to divide them by, above 0.
+    scale_signals : bool
+        Divide the channels that are not named in `scales` by their standard deviation over the reference, so that
+        metres and degrees compare. A channel that is constant there is left as it is.
+
+    Raises
+    ------
+    OptionError
+        No such space, no joint, or a factor that is out of its range.
+
+    Examples
+    --------
+    >>> PoseOptions("heading", joints=["LeftFoot", "RightFoot"], weights={"LeftFoot": 2}).joints
+    ('LeftFoot', 'RightFoot')
+    """
+
+    space: str | None = None
+    joints: Sequence[str] | None = None
+    weights: Mapping[str, float] = field(default_factory=dict)
+    scales: Mapping[str, float] = field(default_factory=dict)
+    scale_signals: bool = True
+
+    def __post_init__(self) -> None:
+        if self.space is not None and self.space not in POSE_SPACES:
+            raise OptionError(f"features must be one of {', '.join(POSE_SPACES)}; found {self.space!r}")
+        if self.joints is not None:
+            joints = (self.joints,) if isinstance(self.joints, str) else tuple(self.joints)
+            if not joints:
+                raise OptionError("no joint is chosen: name one at least, or leave the choice out for all of them")
+            object.__setattr__(self, "joints", joints)
+        for what, numbers in (("weight", self.weights), ("scale", self.scales)):
+            floats = {name: float(number) for name, number in numbers.items()}
+            for name, number in floats.items():
+                if not (math.isfinite(number) and (number > 0 or (number == 0 and what == "weight"))):
+                    least = "0 or more" if what == "weight" else "above 0"
+                    raise OptionError(f"the {what} of {name!r} must be a finite number, {least}; found {number}")
+            object.__setattr__(self, f"{what}s", floats)
+
+
+def as_pose_options(options: PoseOptions | str | None) -> PoseOptions:
+    """Take the name of a pose space, or nothing, for options."""
+    return options if isinstance(options, PoseOptions) else PoseOptions(options)
+
+
+def pose_vectors(motion: Motion | Signal, options: PoseOptions | str | None = None) -> FloatArray:
     """Describe each frame's pose by a vector of numbers.
 
     Parameters
     ----------
     motion : Motion or Signal
         What moves.
-    space : {"torso", "heading", "signal"}, optional
-        ``torso``: positions of all joints but the root in the root's space (the paper's). ``heading``: positions of
-        all joints with ground position and turn removed, height and tilt kept. ``signal``: the columns themselves,
-        each divided by its standard deviation. Left out: ``torso`` for a motion, ``signal`` for a signal.
+    options : PoseOptions or str, optional
+        What counts; a text names the space alone.
 
     Returns
     -------
     float array, shape (n_frames, n_numbers)
-        Length units for a motion, standard deviations for a signal.
+        For a motion, three coordinates a joint in length units. For a signal, one number a channel, in standard
+        deviations (of this signal: it is its own reference).
 
     Raises
     ------
     OptionError
-        No such space, or not one for this kind of motion.
+        The space is not one for this kind of motion, or a name is not there.
     """
-    if space is None:
-        space = "torso" if isinstance(motion, Motion) else "signal"
-    if space not in POSE_SPACES:
-        raise OptionError(f"features must be one of {', '.join(POSE_SPACES)}; found {space!r}")
+    options = as_pose_options(options)
+    space = pose_space(motion, options)
     if isinstance(motion, Signal):
-        if space != "signal":
-            raise OptionError(
-                f"{motion.name or 'the signal'} has no skeleton: its features are 'signal', not {space!r}"
-            )
-        return motion.values
-    if space == "signal":
-        raise OptionError(f"{motion.name or 'the motion'} has a skeleton: its features are 'torso' or 'heading'")
+        return signal_vectors(motion, options, signal_scales(motion.names, [motion.values], options))
+    joints = space_joints(motion, space)
+    chosen = chosen_places(motion.skeleton.names, joints, options, motion.name)
     poses = global_poses(motion)
     positions = torso_positions(poses) if space == "torso" else heading_positions(poses)
-    if positions.shape[1] == 0:
+    if len(chosen) < len(joints):
+        positions = positions[:, [joints.index(joint) for joint in chosen]]
+    return position_vectors(positions, [motion.skeleton.names[joint] for joint in chosen], options)
+
+
+def pose_space(motion: Motion | Signal, options: PoseOptions) -> str:
+    """Say which pose space is meant; raise OptionError where it is not one for this kind of motion."""
+    if isinstance(motion, Signal):
+        if options.space not in (None, "signal"):
+            raise OptionError(
+                f"{motion.name or 'the signal'} has no skeleton: its features are 'signal', not {options.space!r}"
+            )
+        return "signal"
+    if options.space == "signal" or options.scales:
+        what = "channels to scale" if options.scales else "signal features"
+        raise OptionError(
+            f"{motion.name or 'the motion'} has a skeleton, no {what}: its features are 'torso' or 'heading'"
+        )
+    return options.space or "torso"
+
+
+def space_joints(motion: Motion, space: str) -> list[int]:
+    """List the joints that have coordinates in a pose space; raise OptionError where none has."""
+    joints = list(range(1 if space == "torso" else 0, motion.skeleton.n_joints))
+    if not joints:
         raise OptionError(f"{motion.name or 'the motion'} has one joint: torso features need more; use 'heading'")
+    return joints
+
+
+def chosen_places(names: Sequence[str], places: Sequence[int], options: PoseOptions, where: str) -> list[int]:
+    """Choose joints or channels by `options`, in the order of `places`; check every name that the options mention.
+
+    Raises
+    ------
+    OptionError
+        A name is not among `names`, or its joint has no coordinates (the root, in torso space), or nothing counts.
+    """
+    there = {names[place] for place in places}
+    for name in (*(options.joints or ()), *options.weights, *options.scales):
+        if name in there:
+            continue
+        if name in names:
+            raise OptionError(
+                f"{name!r} has no coordinates of its own in torso space, whose origin it is; use 'heading'"
+            )
+        raise OptionError(f"{where or 'the motion'} has no {name!r}{near_names(name, names)}")
+    chosen = [place for place in places if options.joints is None or names[place] in options.joints]
+    if not any(options.weights.get(names[place], 1.0) for place in chosen):
+        raise OptionError(f"every weight is 0: nothing of {where or 'the motion'} counts")
+    return chosen
+
+
+def position_vectors(positions: FloatArray, names: Sequence[str], options: PoseOptions) -> FloatArray:
+    """Weight positions (n_frames, n_joints, 3) by the joints' names, and lay each frame out as one vector."""
+    if any(name in options.weights for name in names):
+        positions = positions * np.array([options.weights.get(name, 1.0) for name in names])[:, None]
     return np.ascontiguousarray(positions.reshape(len(positions), -1))
+
+
+def signal_scales(names: Sequence[str], values: Sequence[FloatArray], options: PoseOptions) -> FloatArray:
+    """Find what to divide each channel by, from all frames of the references (each of shape (n_frames, n_channels))."""
+    together = np.concatenate(values)
+    # Scaled to 1 first: the squares of large numbers would overflow.
+    largest = np.abs(together).max(axis=0)
+    unit = np.where(largest > 0, largest, 1.0)
+    spread = np.std(together / unit, axis=0)
+    # A constant such as 0.1 has a standard deviation of its own rounding.
+    scales = np.where(options.scale_signals & (spread > 1e-12), spread * unit, 1.0)
+    return np.array([options.scales.get(name, scale) for name, scale in zip(names, scales, strict=True)])
+
+
+def signal_vectors(signal: Signal, options: PoseOptions, scales: FloatArray) -> FloatArray:
+    """Choose, weight and scale a signal's channels."""
+    chosen = chosen_places(signal.names, range(len(signal.names)), options, signal.name)
+    factors = np.array([options.weights.get(signal.names[place], 1.0) for place in chosen])
+    return np.asarray(signal.values[:, chosen] / scales[chosen] * factors)
 
 
 def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
@@ -82,8 +210,8 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
         return vectors
     from scipy.special import ive
 
-    # Taps e^-t I_n(t) pass exp(t (cos ω - 1)) of a wave at ω. Samples of the Gaussian itself would pass too much where
-    # the cutoff comes near half the rate.
+    # Taps e^-t I_n(t) pass exp(t (cos ω - 1)) of a wave at ω. Samples of the Gaussian itself would pass too much
+    # where the cutoff comes near half the rate.
     # (The floor keeps a cutoff of next to nothing finite: an average of everything.)
     variance = math.log(2) / max(4 * math.sin(math.pi * cutoff / float(rate)) ** 2, 1e-8)
     reach = min(math.ceil(4 * math.sqrt(variance)) + 2, len(vectors) - 1)
