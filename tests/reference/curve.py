@@ -69,7 +69,7 @@ def moving_average(
         return evaluate(output_times, input_times, t)
 
     half = min([window / 2, (end - start) / 2, *(abs(time - key) for key in keytimes if start < key < end)])
-    if half == 0 or time in (start, end):
+    if half < 1e-12 or time in (start, end):
         return continued(time)
     corners = [*output_times, *(2 * start - t for t in output_times), *(2 * end - t for t in output_times)]
     return integral(continued, time - half, time + half, corners) / (2 * half)
