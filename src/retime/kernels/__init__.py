@@ -31,19 +31,24 @@ class Backend(Protocol):
         velocity: float,
         acceleration: float,
         n_neighbors: int,
+        *,
+        each: bool = False,
     ) -> FloatArray:
-        """Score triples of poses (n_input, d) against features (n_reference, 3 d): (n_input, max_skip, max_skip)."""
+        """Score triples of poses (n_input, d) against features (n_reference, 3 d): (n_input, max_skip, max_skip).
+
+        With `each`, the distances to the nearest features instead of their mean: one more axis, the smallest first.
+        """
 
     def conditional_scores(
         self,
         inputs: FloatArray,
         reference: FloatArray,
+        nearest: IntArray,
         max_skip: int,
         velocity: float,
         acceleration: float,
-        n_neighbors: int,
     ) -> FloatArray:
-        """Score triples by the motion of the reference frames nearest in pose: (n_input, max_skip, max_skip)."""
+        """Score triples by the motion of given reference frames (n_input, n_neighbors): (n_input, max_skip, max_skip)."""
 
     def layered_path(self, problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
         """Find the best path by the layered recurrence: frames and total, or None where there is none."""

@@ -19,6 +19,7 @@ def joint_scores(
     begin: int,
     end: int,
     n_threads: int,
+    each: bool,
     out: FloatArray,
     /,
 ) -> None: ...

@@ -11,7 +11,6 @@ import os
 import numpy as np
 
 from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kernels
-from retime.kernels.numpy_backend import nearest_poses
 
 _BLOCK_BYTES = 96 << 20
 
@@ -31,11 +30,13 @@ def joint_scores(
     velocity: float,
     acceleration: float,
     n_neighbors: int,
+    *,
+    each: bool = False,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     n_input, n_numbers = inputs.shape
     n_reference = len(reference)
-    out = np.full((n_input, max_skip, max_skip), np.inf)
+    out = np.full((n_input, max_skip, max_skip, *([n_neighbors] if each else [])), np.inf)
     # |ŷ - ẑ|² / 2 = |ŷ|² / 2 + here - after - before, where each term is linear in one input frame.
     z, dz, ddz = (reference[:, part * n_numbers : (part + 1) * n_numbers] for part in range(3))
     weights = (
@@ -64,22 +65,17 @@ def joint_scores(
         _kernels.joint_scores(
             inputs, reference, max_skip, velocity, acceleration, n_neighbors,
             here, after, before, np.ascontiguousarray(slack[first:last]), reference_slack,
-            first, begin, end, threads, out,
+            first, begin, end, threads, each, out,
         )  # fmt: skip
     return out
 
 
 def conditional_scores(
-    inputs: FloatArray,
-    reference: FloatArray,
-    max_skip: int,
-    velocity: float,
-    acceleration: float,
-    n_neighbors: int,
+    inputs: FloatArray, reference: FloatArray, nearest: IntArray, max_skip: int, velocity: float, acceleration: float
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
-    nearest = nearest_poses(inputs, reference[:, : inputs.shape[1]], n_neighbors)
     out = np.full((len(inputs), max_skip, max_skip), np.inf)
+    n_neighbors = nearest.shape[1]
     _kernels.conditional_scores(
         inputs, reference, max_skip, velocity, acceleration, n_neighbors, nearest, n_threads(), out
     )

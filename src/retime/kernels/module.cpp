@@ -15,7 +15,7 @@ namespace {
 using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 using Floats = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
-using Output = nb::ndarray<double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 
 retime::JointProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors) {
     return {input.data(), reference.data(), input.shape(0), reference.shape(0), input.shape(1), max_skip, n_neighbors, velocity, acceleration};
@@ -41,11 +41,11 @@ NB_MODULE(_kernels, m) {
 
     m.def("joint_scores",
           [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Floats here, Floats after,
-             Floats before, Doubles slack, double reference_slack, size_t first, size_t begin, size_t end, int n_threads, Output out) {
+             Floats before, Doubles slack, double reference_slack, size_t first, size_t begin, size_t end, int n_threads, bool each, Output out) {
               const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
               const retime::Products products{here.data(), after.data(), before.data(), slack.data(), reference_slack, first, here.shape(0)};
               nb::gil_scoped_release unlocked;
-              retime::joint_scores(p, products, begin, end, n_threads, out.data());
+              retime::joint_scores(p, products, begin, end, n_threads, each, out.data());
           });
 
     m.def("conditional_scores",

@@ -41,16 +41,21 @@ def _candidates(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> tupl
     return query, row
 
 
-def _mean_nearest(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> FloatArray:
-    """Mean distance from each query to its nearest rows."""
+def _nearest_distances(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> FloatArray:
+    """Distances from each query to its nearest rows, the smallest first: (n_queries, n_neighbors)."""
     query, row = _candidates(queries, rows, n_neighbors)
     distance = np.sqrt(squared_distances(queries[query], rows[row]))
     order = np.lexsort((distance, query))
     start = np.searchsorted(query, np.arange(len(queries)))
-    total = np.zeros(len(queries))
-    for neighbor in range(n_neighbors):
-        total += distance[order][start + neighbor]
-    return np.asarray(total / n_neighbors)
+    return np.asarray(distance[order][start[:, None] + np.arange(n_neighbors)])
+
+
+def mean_in_order(distances: FloatArray) -> FloatArray:
+    """Mean over the last axis, added from the first to the last as the compiled kernels add."""
+    total = np.zeros(distances.shape[:-1])
+    for neighbor in range(distances.shape[-1]):
+        total += distances[..., neighbor]
+    return np.asarray(total / distances.shape[-1])
 
 
 def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> IntArray:
@@ -89,9 +94,11 @@ def joint_scores(
     velocity: float,
     acceleration: float,
     n_neighbors: int,
+    *,
+    each: bool = False,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
-    out = np.full((len(inputs), max_skip, max_skip), np.inf)
+    out = np.full((len(inputs), max_skip, max_skip, n_neighbors), np.inf)
     block = max(1, _BLOCK_NUMBERS // len(reference))
     for a in range(1, max_skip + 1):
         for b in range(1, max_skip + 1):
@@ -101,22 +108,17 @@ def joint_scores(
             queries = np.concatenate(parts, axis=1)
             for begin in range(0, len(queries), block):
                 rows = slice(middle.start + begin, min(middle.start + begin + block, middle.stop))
-                out[rows, a - 1, b - 1] = _mean_nearest(queries[begin : begin + block], reference, n_neighbors)
-    return out
+                out[rows, a - 1, b - 1] = _nearest_distances(
+                    queries[begin : begin + block], reference, n_neighbors
+                )
+    return out if each else mean_in_order(out)
 
 
 def conditional_scores(
-    inputs: FloatArray,
-    reference: FloatArray,
-    max_skip: int,
-    velocity: float,
-    acceleration: float,
-    n_neighbors: int,
+    inputs: FloatArray, reference: FloatArray, nearest: IntArray, max_skip: int, velocity: float, acceleration: float
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
-    n_numbers = inputs.shape[1]
-    nearest = nearest_poses(inputs, reference[:, :n_numbers], n_neighbors)
-    moves = reference[:, n_numbers:]
+    moves = reference[:, inputs.shape[1] :]
     out = np.full((len(inputs), max_skip, max_skip), np.inf)
     for a in range(1, max_skip + 1):
         for b in range(1, max_skip + 1):
@@ -126,10 +128,7 @@ def conditional_scores(
             move = np.concatenate([speed, change], axis=1)
             distance = np.sqrt(squared_distances(move[:, None], moves[nearest[middle]]))
             distance.sort(axis=1)
-            total = np.zeros(len(move))
-            for neighbor in range(n_neighbors):
-                total += distance[:, neighbor]
-            out[middle, a - 1, b - 1] = total / n_neighbors
+            out[middle, a - 1, b - 1] = mean_in_order(distance)
     return out
 
 

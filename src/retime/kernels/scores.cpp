@@ -131,7 +131,7 @@ RETIME_WIDE double exact_distance(const double* a, const double* b, size_t n_pad
     return std::sqrt(squared_distance(a, b, n_padded));
 }
 
-void joint_rows(const JointProblem& p, const Products& products, const double* reference, size_t begin, size_t end, double* out) {
+void joint_rows(const JointProblem& p, const Products& products, const double* reference, size_t begin, size_t end, bool each, double* out) {
     const size_t s = p.max_skip, r = p.n_reference, wide = padded(3 * p.n_numbers);
     std::vector<float> row(r);
     std::vector<double> y(wide, 0.0), distances;
@@ -150,9 +150,14 @@ void joint_rows(const JointProblem& p, const Products& products, const double* r
                 distances.clear();
                 nearest.each([&](int32_t l) { distances.push_back(exact_distance(y.data(), reference + l * wide, wide)); });
                 std::partial_sort(distances.begin(), distances.begin() + p.n_neighbors, distances.end());
+                const size_t triple = (j * s + a - 1) * s + b - 1;
+                if (each) {
+                    std::copy_n(distances.begin(), p.n_neighbors, out + triple * p.n_neighbors);
+                    continue;
+                }
                 double sum = 0.0;
                 for (size_t m = 0; m < p.n_neighbors; ++m) sum += distances[m];
-                out[(j * s + a - 1) * s + b - 1] = sum / static_cast<double>(p.n_neighbors);
+                out[triple] = sum / static_cast<double>(p.n_neighbors);
             }
         }
     }
@@ -160,9 +165,9 @@ void joint_rows(const JointProblem& p, const Products& products, const double* r
 
 }  // namespace
 
-void joint_scores(const JointProblem& p, const Products& products, size_t begin, size_t end, int n_threads, double* out) {
+void joint_scores(const JointProblem& p, const Products& products, size_t begin, size_t end, int n_threads, bool each, double* out) {
     const auto reference = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, 0, 3 * p.n_numbers);
-    in_threads(begin, end, n_threads, [&](size_t from, size_t to) { joint_rows(p, products, reference.data(), from, to, out); });
+    in_threads(begin, end, n_threads, [&](size_t from, size_t to) { joint_rows(p, products, reference.data(), from, to, each, out); });
 }
 
 void conditional_scores(const JointProblem& p, const int64_t* nearest, int n_threads, double* out) {

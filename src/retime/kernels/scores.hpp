@@ -24,8 +24,9 @@ struct Products {
     size_t first, n_rows;
 };
 
-// Score the triples whose middle frame is in [begin, end) into out (n_input, max_skip, max_skip).
-void joint_scores(const JointProblem& problem, const Products& products, size_t begin, size_t end, int n_threads, double* out);
+// For the triples whose middle frame is in [begin, end): the mean distance to the nearest reference features into out (n_input,
+// max_skip, max_skip), or with `each` the distances themselves, the smallest first, into out (n_input, max_skip, max_skip, n_neighbors).
+void joint_scores(const JointProblem& problem, const Products& products, size_t begin, size_t end, int n_threads, bool each, double* out);
 
 // The conditional score: for every input frame the n_neighbors rows in `nearest` say how its pose should move.
 //   out[j, a, b] = mean over l in nearest[j] of | [dy, ddy] - [dz_l, ddz_l] |.

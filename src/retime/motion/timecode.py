@@ -130,3 +130,54 @@ def parse_frame_range(text: str, n_frames: int, first_frame: int = 0) -> tuple[i
     if not first_frame <= first <= last <= last_frame:
         raise OptionError(f"frames {text} are not inside the clip, whose frames are {first_frame}:{last_frame}")
     return first - first_frame, last - first_frame + 1
+
+
+_SPEED = re.compile(rf"({_NUMBER})(?:/(\d+(?:\.\d*)?))?x?", re.ASCII)
+
+
+def parse_speed(text: str | float) -> float:
+    """Read a playback speed: ``2``, ``0.5``, ``1/4``, ``1.5x``.
+
+    Returns
+    -------
+    float
+        Above 0.
+
+    Raises
+    ------
+    OptionError
+        Not a speed above 0.
+
+    Examples
+    --------
+    >>> parse_speed("1/4")
+    0.25
+    """
+    match = _SPEED.fullmatch(str(text).strip())
+    if match is None or float(match[1]) <= 0 or (match[2] is not None and float(match[2]) == 0):
+        raise OptionError(f"expected a playback speed such as 2, 0.5 or 1/4, found {text!r}")
+    return float(match[1]) / float(match[2] or 1)
+
+
+def parse_speeds(text: str | float) -> tuple[float, float]:
+    """Read a range of playback speeds, ``1/4..8``, or one speed; either end may be left out (``..2``).
+
+    Returns
+    -------
+    slowest, fastest : float
+        0 and inf where left out.
+
+    Examples
+    --------
+    >>> parse_speeds("1/4..8"), parse_speeds("1")
+    ((0.25, 8.0), (1.0, 1.0))
+    """
+    low, dots, high = str(text).strip().partition("..")
+    if not dots:
+        speed = parse_speed(text)
+        return speed, speed
+    slowest = parse_speed(low) if low else 0.0
+    fastest = parse_speed(high) if high else math.inf
+    if slowest > fastest:
+        raise OptionError(f"a range of speeds has the slowest first; found {text!r}")
+    return slowest, fastest

@@ -7,10 +7,10 @@ warp means the same numbers in every program that draws straight lines between k
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -35,10 +35,13 @@ class Keytime:
     ----------
     output_time, input_time : float
         Seconds from the first frame of the output, of the input.
+    speed : float, optional
+        Playback speed there (a tangent); left out, whatever comes.
     """
 
     output_time: float
     input_time: float
+    speed: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +180,7 @@ class Warp:
         times = add_times(first.output_times, np.concatenate(corners))
         return Warp(times, self(first(times)), method=self.method, name=self.name)
 
-    def smooth(self, window: float, *, at: ArrayLike | None = None) -> Warp:
+    def smooth(self, window: float, *, at: ArrayLike | None = None, loop: bool = False) -> Warp:
         """Average the warp over a moving window, and keep its ends and keytimes exactly (§3.4).
 
         The mean of the warp over `window` seconds of output around each time. Beyond its ends the warp is continued
@@ -191,6 +194,9 @@ class Warp:
             Full width in seconds of output time; 0 changes nothing.
         at : float array, optional
             Output times of the new knots, to which ends and keytimes are added. Left out: the knots of this warp.
+        loop : bool
+            Let the window shrink at the ends too, so that the first and the last slope stay as they are: where they
+            agree, a loop has no corner at its seam.
 
         Returns
         -------
@@ -204,10 +210,11 @@ class Warp:
         wanted = self.output_times if at is None else np.asarray(at, dtype=np.float64)
         times = add_times(np.concatenate([[start], inner, [end]]), wanted[(wanted > start) & (wanted < end)])
         half = np.full(len(times), min(window, self.output_duration) / 2)
-        if len(inner):
-            later = np.clip(np.searchsorted(inner, times), 0, len(inner) - 1)
+        fixed = np.concatenate([[start], inner, [end]]) if loop else inner
+        if len(fixed):
+            later = np.clip(np.searchsorted(fixed, times), 0, len(fixed) - 1)
             earlier = np.maximum(later - 1, 0)
-            half = np.minimum(half, np.minimum(np.abs(times - inner[later]), np.abs(times - inner[earlier])))
+            half = np.minimum(half, np.minimum(np.abs(times - fixed[later]), np.abs(times - fixed[earlier])))
         input_times = self(times)
         wide = (half > 0) & (times > start) & (times < end)
         input_times[wide] = self._mean_around(times[wide], half[wide])
@@ -245,7 +252,9 @@ class Warp:
             "version": _VERSION,
             "method": self.method,
             "name": self.name,
-            "keytimes": [[key.output_time, key.input_time] for key in self.keytimes],
+            "keytimes": [
+                [key.output_time, key.input_time] + ([] if key.speed is None else [key.speed]) for key in self.keytimes
+            ],
             "output_times": self.output_times.tolist(),
             "input_times": self.input_times.tolist(),
         }
@@ -269,9 +278,11 @@ class Warp:
         output_times = _numbers("output_times", document.get("output_times"))
         input_times = _numbers("input_times", document.get("input_times"))
         pairs = document.get("keytimes", [])
-        if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
-            raise FormatError("keytimes: expected pairs of numbers, [output time, input time] in seconds")
-        keytimes = _numbers("keytimes", [number for pair in pairs for number in pair]).reshape(-1, 2).tolist()
+        if not isinstance(pairs, list) or not all(isinstance(pair, list) and len(pair) in (2, 3) for pair in pairs):
+            raise FormatError(
+                "keytimes: expected [output time, input time] in seconds, and a speed where it has a tangent"
+            )
+        keytimes = [Keytime(*_numbers("keytimes", pair).tolist()) for pair in pairs]
         texts = {key: document.get(key, "") for key in ("method", "name")}
         for key, value in texts.items():
             if not isinstance(value, str):
@@ -280,7 +291,7 @@ class Warp:
             return cls(
                 output_times,
                 input_times,
-                tuple(Keytime(o, i) for o, i in keytimes),
+                tuple(keytimes),
                 method=texts["method"],
                 name=texts["name"],
             )
@@ -342,30 +353,77 @@ def add_times(times: FloatArray, more: FloatArray) -> FloatArray:
     return np.union1d(times, more[np.diff(more, prepend=-np.inf) > _SAME_TIME])
 
 
-def blend(a: Warp, b: Warp, weight: ArrayLike | Sequence[float]) -> Warp:
+def blend(a: Warp, b: Warp, weight: ArrayLike) -> Warp:
     """Mix two warps of the same ends: ``(1 - weight) a + weight b`` (§5).
 
-    A mix of monotone maps is monotone where the weight is constant.
+    A mix of monotone maps is monotone where the weight is constant. A weight that changes with time can turn it
+    back; between two keytimes where that happens, the weight's changes are scaled down to the most that keep the
+    mix monotone.
 
     Parameters
     ----------
     a, b : Warp
         With the same output range. The result has `a`'s keytimes.
-    weight : float
-        0 gives `a`, 1 gives `b`.
+    weight : float, or float array of shape (n, 2)
+        0 gives `a`, 1 gives `b`. An array is a curve: output times (seconds, increasing) and weights, straight
+        lines in between, constant outside.
+
+    Raises
+    ------
+    OptionError
+        Different ranges, or weights that are not from 0 to 1.
+
+    Examples
+    --------
+    >>> slow, fast = Warp([0.0, 1.0, 2.0], [0.0, 0.5, 2.0]), Warp([0.0, 1.0, 2.0], [0.0, 1.5, 2.0])
+    >>> float(blend(slow, fast, 0.5)(1.0))
+    1.0
     """
-    share = np.asarray(weight, dtype=np.float64)
-    if share.ndim != 0 or not 0 <= share <= 1:
-        raise OptionError(f"the weight of a blend must be a number from 0 to 1, found {weight!r}")
+    curve = np.asarray(weight, dtype=np.float64)
+    if not np.all((curve if curve.ndim == 0 else curve[..., -1]) >= 0) or not np.all(
+        (curve if curve.ndim == 0 else curve[..., -1]) <= 1
+    ):
+        raise OptionError(f"the weights of a blend must be from 0 to 1, found {weight!r}")
+    if curve.ndim != 0 and (curve.ndim != 2 or curve.shape[1:] != (2,) or np.any(np.diff(curve[:, 0]) <= 0)):
+        raise OptionError("a blend's curve needs rows of (output time, weight) with times that increase")
     if not np.allclose([a.output_start, a.output_end], [b.output_start, b.output_end], rtol=0, atol=1e-9):
         raise OptionError(
             f"only warps of the same output range can be mixed: {a.output_start:g}–{a.output_end:g} s and "
             f"{b.output_start:g}–{b.output_end:g} s"
         )
-    inner = b.output_times[(b.output_times > a.output_start) & (b.output_times < a.output_end)]
-    times = add_times(a.output_times, inner)
+    inner = b.output_times if curve.ndim == 0 else np.concatenate([b.output_times, curve[:, 0]])
+    times = add_times(a.output_times, inner[(inner > a.output_start) & (inner < a.output_end)])
     one, other = a(times), b(times)
     other[0], other[-1] = b.input_times[0], b.input_times[-1]
-    # Written so that times on which both agree stay as they are, bit for bit.
-    mixed = one + share * (other - one) if share < 1 else other
+    if curve.ndim == 0:
+        # Written so that times on which both agree stay as they are, bit for bit.
+        mixed = one + float(curve) * (other - one) if curve < 1 else other
+        return Warp(times, mixed, a.keytimes, method="blend", name=a.name)
+    share = np.interp(times, curve[:, 0], curve[:, 1])
+    inner_keys = [key.output_time for key in a.keytimes if a.output_start < key.output_time < a.output_end]
+    ends = np.unique(np.searchsorted(times, [a.output_start, *inner_keys, a.output_end]))
+    mixed = one.copy()
+    for first, last in itertools.pairwise(ends.tolist()):
+        piece = slice(first, last + 1)
+        mixed[piece] = _mix_monotone(one[piece], other[piece], share[piece])
     return Warp(times, mixed, a.keytimes, method="blend", name=a.name)
+
+
+def _mix_monotone(one: FloatArray, other: FloatArray, share: FloatArray) -> FloatArray:
+    """Mix one span by a changing share; scale the share's changes down until the mix never turns back."""
+    sign = np.sign(one[-1] - one[0])
+
+    def mixed(scale: float) -> FloatArray:
+        return np.asarray(one + (middle + scale * (share - middle)) * (other - one))
+
+    def turns(values: FloatArray) -> bool:
+        return bool(np.any(np.diff(values) * sign < 0))
+
+    middle = float(share.mean())
+    if sign == 0 or not turns(mixed(1.0)) or turns(one) or turns(other):
+        return mixed(1.0)
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        scale = (low + high) / 2
+        low, high = (low, scale) if turns(mixed(scale)) else (scale, high)
+    return mixed(low)

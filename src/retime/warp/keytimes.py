@@ -10,12 +10,16 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.motion.timecode import parse_length, parse_speed, parse_time
 from retime.warp.curve import Keytime, Warp
 
 
@@ -37,6 +41,8 @@ class Reduction:
         Analysis rate, Hz.
     upsample : int
         Unrolled frames per analysis period: a step of `upsample` is unit speed.
+    free : bool
+        The length is the search's to find: the last keytime's output time is infinite, its position a placeholder.
     """
 
     keytimes: tuple[Keytime, ...]
@@ -45,6 +51,7 @@ class Reduction:
     input_times: FloatArray
     rate: float
     upsample: int
+    free: bool = False
 
     @property
     def n_input(self) -> int:
@@ -60,6 +67,77 @@ class Reduction:
     def anchors(self) -> tuple[tuple[int, int], ...]:
         """Pairs (output position, unrolled frame) that the path must pass."""
         return tuple(zip(self.positions, self.frames, strict=True))
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Whether the step that leaves an unrolled frame holds the pose, shape (n_input,)."""
+        held = np.zeros(self.n_input, dtype=bool)
+        held[:-1] = np.diff(self.input_times) == 0
+        return held
+
+    def with_path(self, path: IntArray, output_rate: float) -> Reduction:
+        """Give a free reduction the length that its search found, to the nearest frame at `output_rate`."""
+        start, before, after = self.positions[-2], self.keytimes[-2], self.keytimes[-1]
+        n_steps = len(path) - 1 - start
+        # The last span's end moved to an analysis frame; at the span's mean speed the rest takes this long.
+        offered = float(path[-1] - path[start]) / (self.rate * self.upsample)
+        rest = (abs(after.input_time - before.input_time) - offered) * (n_steps / self.rate) / offered
+        wanted = before.output_time + n_steps / self.rate + rest
+        end = max(round(wanted * output_rate), math.floor(before.output_time * output_rate) + 1) / output_rate
+        keytimes = (*self.keytimes[:-1], replace(after, output_time=end))
+        return replace(self, keytimes=keytimes, positions=(*self.positions[:-1], len(path) - 1), free=False)
+
+
+def as_keytimes(
+    motion: Motion | Signal, length: str | int | None, keys: Sequence[Sequence[float | str | None]]
+) -> tuple[Keytime, ...]:
+    """Turn a length and keys as people write them into keytimes, ends included.
+
+    Parameters
+    ----------
+    motion : Motion or Signal
+        The input.
+    length : str or int, optional
+        Of the output (`retime.motion.timecode.parse_length`); ``"free"`` leaves it to the search. Left out: after
+        the last key the input plays on at its own speed.
+    keys : sequence of (input time, output time) or (input time, output time, speed)
+        Seconds, or text such as ``"120f"``; the speed is a tangent.
+
+    Returns
+    -------
+    tuple of Keytime
+        In output order. An infinite output time of the last one stands for a free length.
+
+    Raises
+    ------
+    OptionError
+        A time or length can't be read, or a key lies beyond the length.
+    """
+    rate = motion.rate
+    pairs = []
+    for key in keys:
+        if len(key) not in (2, 3) or key[0] is None or key[1] is None:
+            raise OptionError(f"a key is (input time, output time), with a speed where it has a tangent; found {key!r}")
+        speed = key[2] if len(key) == 3 else None
+        pairs.append(
+            Keytime(parse_time(key[1], rate), parse_time(key[0], rate), None if speed is None else parse_speed(speed))
+        )
+    if all(key.output_time != 0.0 for key in pairs):
+        pairs.append(Keytime(0.0, 0.0))
+    last = max(pairs)
+    if length == "free":
+        return (*sorted(pairs), Keytime(math.inf, motion.duration))
+    if length is not None:
+        end = float((parse_length(length, motion.n_frames, rate) - 1) / rate)
+        if last.output_time > end + 1e-9:
+            raise OptionError(
+                f"a keytime stands at output time {last.output_time:g} s, beyond the output's end at {end:g} s"
+            )
+    else:
+        end = last.output_time + (motion.duration - last.input_time)
+    if end > last.output_time + 1e-9:
+        pairs.append(Keytime(end, motion.duration))
+    return tuple(sorted(set(pairs)))
 
 
 def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytime, ...]:
@@ -81,7 +159,7 @@ def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytim
                 span=span,
             )
     for key in ordered:
-        if not (math.isfinite(key.output_time) and -1e-9 <= key.input_time <= duration + 1e-9):
+        if not (key.output_time > -math.inf and -1e-9 <= key.input_time <= duration + 1e-9):
             raise InfeasibleWarpError(
                 f"the keytime at output time {key.output_time:g} s asks for input time {key.input_time:g} s, but the "
                 f"input runs from 0 to {duration:g} s"
@@ -98,7 +176,8 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
     Parameters
     ----------
     keytimes : sequence of Keytime
-        Ends included. Equal input times hold, decreasing ones run backward.
+        Ends included. Equal input times hold, decreasing ones run backward. An infinite output time of the last one
+        leaves the length free.
     duration : float
         Seconds from the first input frame to the last.
     rate : float
@@ -117,7 +196,10 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
         raise OptionError(f"upsample must be at least 1, found {upsample}")
     ordered = check_keytimes(keytimes, duration)
     start = ordered[0].output_time
-    positions = [_nearest_frame((key.output_time - start) * rate) for key in ordered]
+    free = math.isinf(ordered[-1].output_time)
+    positions = [_nearest_frame((key.output_time - start) * rate) for key in ordered if key.output_time < math.inf]
+    if free:
+        positions.append(positions[-1] + 1)
     grid = rate * upsample
     places = [_nearest_frame(key.input_time * grid) for key in ordered]
     frames = [0]
@@ -138,7 +220,7 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
             unrolled.append(places[span] + np.sign(change) * np.arange(1, abs(change) + 1))
         frames.append(frames[-1] + len(unrolled[-1]))
     input_times = np.clip(np.concatenate(unrolled) / grid, 0.0, duration)
-    return Reduction(ordered, tuple(positions), tuple(frames), input_times, rate, upsample)
+    return Reduction(ordered, tuple(positions), tuple(frames), input_times, rate, upsample, free)
 
 
 def _nearest_frame(place: float) -> int:
@@ -146,20 +228,34 @@ def _nearest_frame(place: float) -> int:
     return math.floor(place + 0.5 + 1e-6)
 
 
-def knots_of_path(reduction: Reduction, path: IntArray) -> Warp:
+def knots_of_path(reduction: Reduction, path: IntArray, *, rigid: NDArray[np.bool_] | None = None) -> Warp:
     """Turn a frame path into the polyline through its frames, meeting every keytime exactly.
 
     Ends and keytimes rarely fall on analysis frames. In each span the rest, at most one period, goes to the steps
     that do not play at unit speed anyway, so that what the search kept at unit speed stays there; where there are
     too few of those, to all.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        Not free.
+    path : int array, shape (n_output,)
+        Unrolled frames.
+    rigid : bool array, shape (n_input,), optional
+        Frames whose step was the only one allowed: it keeps its speed too.
     """
     output_times: list[FloatArray] = [np.array([reduction.keytimes[0].output_time])]
     input_times: list[FloatArray] = [np.array([reduction.keytimes[0].input_time])]
     period = 1.0 / reduction.rate
     for span in range(len(reduction.keytimes) - 1):
         before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
-        steps = np.diff(path[reduction.positions[span] : reduction.positions[span + 1] + 1]).astype(np.float64)
+        visited = path[reduction.positions[span] : reduction.positions[span + 1] + 1]
+        steps = np.diff(visited).astype(np.float64)
         free = steps != reduction.upsample
+        if rigid is not None:
+            free &= ~rigid[visited[:-1]]
+        if after.speed is not None:
+            free[-1] = False
         wanted = after.output_time - before.output_time
         spacing = _stretch(np.full(len(steps), period), wanted, free)
         output_times.append(before.output_time + np.cumsum(spacing))

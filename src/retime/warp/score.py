@@ -6,45 +6,141 @@ The paper's letters, used here and in the kernels: y an input pose, z a referenc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from retime.errors import OptionError
-from retime.kernels import Backend, backend
-from retime.motion.rotation import FloatArray
+from retime.kernels import Backend, FloatArray, IntArray, backend
+from retime.kernels.numpy_backend import mean_in_order, nearest_poses, squared_distances
 from retime.warp.features import difference_scales, timing_features
 
 SCORES = ("joint", "conditional")
 
 
-def triple_scores(
-    input_poses: FloatArray,
-    reference_poses: FloatArray,
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Reference frames as the score sees them: features of every inner frame of every reference.
+
+    Attributes
+    ----------
+    features : float array, shape (n_frames, 3 * n_numbers)
+        Pose, scaled velocity, scaled acceleration, about `origin`.
+    weights : float array, shape (n_frames,)
+        A weight w makes distances w times shorter.
+    reference : int array, shape (n_frames,)
+        Which reference a frame belongs to.
+    frame : int array, shape (n_frames,)
+        Its frame there, at the analysis rate.
+    origin : float array, shape (n_numbers,)
+        Subtracted from every pose; distances don't change with it, but products lose fewer digits near it.
+    velocity, acceleration : float
+        Factors of first and second differences.
+    """
+
+    features: FloatArray
+    weights: FloatArray
+    reference: IntArray
+    frame: IntArray
+    origin: FloatArray
+    velocity: float
+    acceleration: float
+
+    @property
+    def n_numbers(self) -> int:
+        """Numbers that describe a pose."""
+        return len(self.origin)
+
+
+def build_model(
+    references: Sequence[FloatArray],
     *,
-    max_skip: int,
     rate: float,
     time_scale: float,
     n_neighbors: int = 3,
+    weights: Sequence[float] = (),
+) -> Model:
+    """Collect the features of all references.
+
+    Parameters
+    ----------
+    references : sequence of float array, shape (n_reference, n_numbers)
+        Pose vectors of consecutive frames at the analysis rate, one array a reference.
+    rate : float
+        Analysis rate, Hz.
+    time_scale : float
+        τ, seconds.
+    n_neighbors : int
+        Together the references must have that many inner frames.
+    weights : sequence of float
+        One a reference, above 0; left out: 1.
+
+    Raises
+    ------
+    OptionError
+        Too few frames, different numbers a pose, or a weight that is not above 0.
+    """
+    weights = list(weights) or [1.0] * len(references)
+    if len({poses.shape[1] for poses in references}) != 1:
+        raise OptionError("all references must be described by the same numbers")
+    if len(weights) != len(references) or not all(np.isfinite(w) and w > 0 for w in weights):
+        raise OptionError(f"each reference needs a weight above 0; found {weights}")
+    check_reference([len(poses) for poses in references], n_neighbors)
+    velocity, acceleration = difference_scales(rate, time_scale)
+    origin = np.concatenate(list(references)).mean(axis=0)
+    features = [timing_features(poses - origin, rate=rate, time_scale=time_scale) for poses in references]
+    return Model(
+        np.ascontiguousarray(np.concatenate(features)),
+        np.concatenate([np.full(len(part), float(w)) for part, w in zip(features, weights, strict=True)]),
+        np.concatenate([np.full(len(part), i, dtype=np.int64) for i, part in enumerate(features)]),
+        np.concatenate([np.arange(1, len(part) + 1, dtype=np.int64) for part in features]),
+        origin,
+        velocity,
+        acceleration,
+    )
+
+
+def check_reference(n_frames: Sequence[int], n_neighbors: int) -> None:
+    """Refuse references that are too short together; raise OptionError."""
+    if n_neighbors < 1:
+        raise OptionError(f"n_neighbors must be at least 1, found {n_neighbors}")
+    if sum(max(0, n - 2) for n in n_frames) < n_neighbors:
+        raise OptionError(
+            f"the reference has {' + '.join(str(n) for n in n_frames)} frames at the analysis rate; "
+            f"n_neighbors={n_neighbors} needs at least {n_neighbors + 2}: give a longer reference, a higher rate, or "
+            "fewer neighbours"
+        )
+
+
+def triple_scores(
+    input_poses: FloatArray,
+    model: Model,
+    *,
+    max_skip: int,
+    n_neighbors: int = 3,
+    score: str = "joint",
     use: Backend | None = None,
 ) -> FloatArray:
-    """Score every triple of input frames against a reference (Eq. 2, the paper's joint score).
+    """Score every triple of input frames against the references; exact, and the same bits from every backend.
 
-    The mean Euclidean distance from the triple's feature vector to the `n_neighbors` nearest of the reference;
-    exact, and the same bits from every backend.
+    ``joint`` is the paper's Eq. 2: the mean distance from the triple's feature vector to the `n_neighbors` nearest
+    of the references. ``conditional`` asks how this pose should move: it finds the reference frames nearest in pose
+    to the middle frame, and takes the mean distance from the triple's velocity and acceleration to theirs.
 
     Parameters
     ----------
     input_poses : float array, shape (n_input, n_numbers)
-        Pose vectors offered to the search.
-    reference_poses : float array, shape (n_reference, n_numbers)
-        Pose vectors of consecutive reference frames at the analysis rate; at least ``n_neighbors + 2``.
+        Pose vectors offered to the search, shown one analysis period apart where selected one after another.
+    model : Model
+        The references.
     max_skip : int
         Largest step between neighbouring selected frames.
-    rate : float
-        Analysis rate, Hz: the output shows selected frames 1 / `rate` apart.
-    time_scale : float
-        τ, seconds.
     n_neighbors : int
         Neighbours averaged.
+    score : {"joint", "conditional"}
+        Which score. A weight w makes all distances to a reference w times shorter in the joint score; in the
+        conditional one it makes its poses nearer.
     use : Backend, optional
         The kernels to use. Left out: the fastest that is installed.
 
@@ -57,36 +153,84 @@ def triple_scores(
     Raises
     ------
     OptionError
-        The reference is too short, or the vectors have different lengths.
+        No such score, or the vectors have different lengths.
     """
-    check_reference(len(reference_poses), n_neighbors)
-    if input_poses.ndim != 2 or reference_poses.ndim != 2 or input_poses.shape[1] != reference_poses.shape[1]:
+    if score not in SCORES:
+        raise OptionError(f"the score must be one of {', '.join(SCORES)}; found {score!r}")
+    if input_poses.ndim != 2 or input_poses.shape[1] != model.n_numbers:
         raise OptionError(
             f"input and reference must be described by the same numbers: found {input_poses.shape[1:]} and "
-            f"{reference_poses.shape[1:]} a frame"
+            f"({model.n_numbers},) a frame"
         )
-    if max_skip < 1:
-        raise OptionError(f"max_skip must be at least 1, found {max_skip}")
-    velocity, acceleration = difference_scales(rate, time_scale)
-    # Distances don't change with the origin, but the products that find candidates lose fewer digits near it.
-    origin = reference_poses.mean(axis=0)
-    reference = timing_features(reference_poses - origin, rate=rate, time_scale=time_scale)
-    return (use or backend()).joint_scores(
-        np.ascontiguousarray(input_poses - origin),
-        np.ascontiguousarray(reference),
-        max_skip,
-        velocity,
-        acceleration,
-        n_neighbors,
+    if not 1 <= max_skip <= 255:
+        raise OptionError(f"max_skip must be from 1 to 255, found {max_skip}")
+    kernels = use or backend()
+    inputs = np.ascontiguousarray(input_poses - model.origin)
+    scales = model.velocity, model.acceleration
+    groups = [model.weights == weight for weight in np.unique(model.weights)]
+    if score == "conditional":
+        nearest = _nearest_in_pose(inputs, model, groups, n_neighbors)
+        return kernels.conditional_scores(inputs, model.features, nearest, max_skip, *scales)
+    if len(groups) == 1 and model.weights[0] == 1.0:
+        return kernels.joint_scores(inputs, model.features, max_skip, *scales, n_neighbors)
+    found = []
+    for group in groups:
+        features = np.ascontiguousarray(model.features[group])
+        n_found = min(n_neighbors, len(features))
+        distances = kernels.joint_scores(inputs, features, max_skip, *scales, n_found, each=True)
+        found.append(distances / model.weights[group][0])
+    return mean_in_order(np.sort(np.concatenate(found, axis=-1), axis=-1)[..., :n_neighbors])
+
+
+def _nearest_in_pose(inputs: FloatArray, model: Model, groups: Sequence[np.ndarray], n_neighbors: int) -> IntArray:
+    """Model frames nearest in pose to each input frame, (n_input, n_neighbors); ties to the earlier frame."""
+    poses = np.ascontiguousarray(model.features[:, : model.n_numbers])
+    if len(groups) == 1:
+        return nearest_poses(inputs, poses, n_neighbors)
+    rows, distances = [], []
+    for group in groups:
+        members = np.flatnonzero(group)
+        nearest = members[nearest_poses(inputs, poses[members], min(n_neighbors, len(members)))]
+        rows.append(nearest)
+        distances.append(np.sqrt(squared_distances(inputs[:, None], poses[nearest])) / model.weights[nearest])
+    row, distance = np.concatenate(rows, axis=1), np.concatenate(distances, axis=1)
+    order = np.lexsort((row, distance), axis=1)[:, :n_neighbors]
+    return np.ascontiguousarray(np.take_along_axis(row, order, axis=1))
+
+
+def matched_frames(
+    input_poses: FloatArray, path: IntArray, model: Model, *, n_neighbors: int = 3, score: str = "joint"
+) -> tuple[IntArray, FloatArray]:
+    """Find which reference frames gave each inner frame of a path its score.
+
+    Returns
+    -------
+    rows : int array, shape (n_output - 2, n_neighbors)
+        Rows of the model, the nearest first.
+    distances : float array, shape (n_output - 2, n_neighbors)
+        Their distances, weighted; the mean over the last axis is the score.
+    """
+    inputs = input_poses - model.origin
+    before, here, after = inputs[path[:-2]], inputs[path[1:-1]], inputs[path[2:]]
+    n_numbers = model.n_numbers
+    features = np.concatenate(
+        [here, (after - before) * model.velocity, ((after - here) - (here - before)) * model.acceleration], axis=1
     )
-
-
-def check_reference(n_reference: int, n_neighbors: int) -> None:
-    """Refuse a reference that is too short; raise OptionError."""
-    if n_neighbors < 1:
-        raise OptionError(f"n_neighbors must be at least 1, found {n_neighbors}")
-    if n_reference < n_neighbors + 2:
-        raise OptionError(
-            f"the reference has {n_reference} frames at the analysis rate; n_neighbors={n_neighbors} needs at least "
-            f"{n_neighbors + 2}: give a longer reference, a higher rate, or fewer neighbours"
-        )
+    rows = np.empty((len(features), n_neighbors), dtype=np.int64)
+    distances = np.empty((len(features), n_neighbors))
+    groups = [model.weights == weight for weight in np.unique(model.weights)]
+    near = _nearest_in_pose(here, model, groups, n_neighbors) if score == "conditional" else None
+    block = max(1, (4 << 20) // model.features.size)
+    for start in range(0, len(features), block):
+        part = slice(start, min(start + block, len(features)))
+        if near is None:
+            every = np.sqrt(squared_distances(features[part, None], model.features)) / model.weights
+            order = np.argsort(every, axis=1, kind="stable")[:, :n_neighbors]
+            rows[part], distances[part] = order, np.take_along_axis(every, order, axis=1)
+        else:
+            moves = model.features[near[part], n_numbers:]
+            some = np.sqrt(squared_distances(features[part, None, n_numbers:], moves))
+            order = np.argsort(some, axis=1, kind="stable")
+            rows[part] = np.take_along_axis(near[part], order, axis=1)
+            distances[part] = np.take_along_axis(some, order, axis=1)
+    return rows, distances
