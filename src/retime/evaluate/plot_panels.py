@@ -12,8 +12,8 @@ from retime.evaluate import plot_style as style
 from retime.evaluate.plot_style import Pen, shown
 from retime.evaluate.stick_figure import HEAD_RADIUS, FigureView, view_of
 from retime.evaluate.strip import Row, Strip, in_flight, output_intervals
-from retime.kernels import FloatArray
 from retime.motion.motion import Motion
+from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, Warp
 

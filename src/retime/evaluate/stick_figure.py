@@ -17,7 +17,7 @@ VIEW_ANGLE = np.radians(25.0)
 # Seconds over which the camera follows the figure's turns: it ignores the sway of steps and keeps up with a curve.
 FOLLOW_SECONDS = 1.0
 # Of the figure's height.
-HEAD_RADIUS = 0.062
+HEAD_RADIUS = 0.067
 _FINGERS = ("thumb", "finger", "index", "middle", "ring", "pinky", "pinkie", "little")
 
 

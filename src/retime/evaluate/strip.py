@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retime.kernels import FloatArray
 from retime.motion.kinematics import flights
 from retime.motion.motion import Motion
+from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
