@@ -51,8 +51,10 @@ MESSAGES = {
     ),
     "07_minus_five_frames": f":17: Frames: {COUNT} '-5'",
     "07_frames_1e3": f":17: Frames: {COUNT} '1e3'",
-    "08_frame_time_zero": f":18: Frame Time: expected 1e-06 to 1e+06 seconds, found '0.0'; {RATE}",
-    "08_frame_time_negative": f":18: Frame Time: expected 1e-06 to 1e+06 seconds, found '-0.033333'; {RATE}",
+    "08_frame_time_zero": (
+        f":18: Frame Time: expected a frame time from 1e-06 to 1000000.0 seconds, found '0.0'; {RATE}"
+    ),
+    "08_frame_time_negative": f":18: Frame Time: expected a positive decimal number, found '-0.033333'; {RATE}",
     "08_frame_time_nan": f":18: Frame Time: expected a finite number, found 'nan'; {RATE}",
     "08_frame_time_missing": f":18: expected 'Frame Time:', found '1.0 2.0 3.0 90.0 0.0 0.0 0.0 0.0 0.0'; {RATE}",
     "09_nan": ":20:31: frame 1, joint 'Knee', Yrotation: expected a finite number, found 'nan'.",

@@ -241,7 +241,8 @@ def _declaration(motion: Motion, path: Path) -> BvhDeclaration:
     skeleton = motion.skeleton
     declared = motion.declaration
     if declared is None or declared.format != "bvh" or len(declared.channels) != skeleton.n_joints:
-        moves = np.abs(motion.local_translations - skeleton.offsets).max(axis=(0, 2)) > _UNSEEN
+        with np.errstate(over="ignore"):
+            moves = np.abs(motion.local_translations - skeleton.offsets).max(axis=(0, 2)) > _UNSEEN
         moves[0] = True
         turns = ("Zrotation", "Yrotation", "Xrotation")
         return BvhDeclaration("bvh", tuple(CHANNELS[:3] + turns if moved else turns for moved in moves))
@@ -328,12 +329,15 @@ def _frame_time_text(rate: Fraction, declared: str, path: Path) -> str:
     """Return the declared frame time if it still gives the rate, else one with enough digits to give it."""
     if declared and _gives(declared, rate):
         return declared
+    seconds = Context(prec=60).divide(Decimal(rate.denominator), Decimal(rate.numerator))
     text = ""
-    for digits in range(7, 41):
-        exact = Context(prec=digits).divide(Decimal(rate.denominator), Decimal(rate.numerator))
-        text = f"{exact:f}"
-        if _gives(text, rate):
-            return text
+    # Seven digits at least, for programs that take them as they are.
+    for decimals in range(max(1, 6 - seconds.adjusted()), 30):
+        text = f"{seconds:.{decimals}f}"
+        plain = text.rstrip("0")
+        for candidate in (plain + "0" if plain.endswith(".") else plain, text):
+            if _gives(candidate, rate):
+                return candidate
     _warn(path, f"no decimal frame time gives the rate {rate} exactly; written as {text}")
     return text
 
@@ -379,7 +383,8 @@ class _Rows:
         values = np.empty((n_frames, self.layout.n_columns))
         coordinates = self.translations[start:stop].reshape(n_frames, -1)
         values[:, self.layout.position_columns] = coordinates[:, self.layout.position_places]
-        moved = np.abs(coordinates[:, self.held] - self.held_at)
+        with np.errstate(over="ignore"):
+            moved = np.abs(coordinates[:, self.held] - self.held_at)
         self.move_missed = max(self.move_missed, _largest(moved, start), key=lambda found: found[0])
         for turns in self.layout.turns:
             order = turns.order

@@ -32,8 +32,6 @@ _CUT_NUMBER = re.compile(rb"[+-]?\.?|[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][+-]?"
 _REPAIR = "; --repair (repair=True) keeps what is there"
 # Bytes parsed at once: many rows, and little memory beside the table itself.
 _BLOCK = 1 << 19
-# Seconds; a frame time beyond these is a slip, and squaring its inverse could leave the range of a double.
-_SHORTEST, _LONGEST = 1e-6, 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,15 +103,14 @@ def _frame_time(lines: Lines, options: ReadOptions) -> tuple[Fraction, str]:
         return options.rate, ""
     written = match[1].replace(b",", b".") if options.decimal_comma else match[1]
     try:
-        seconds = parse_number(written)
-        if not _SHORTEST <= seconds <= _LONGEST:
-            raise NumberTextError(f"expected {_SHORTEST:g} to {_LONGEST:g} seconds, found {show(written)}")
+        parse_number(written)
         declared = written.decode("ascii")
-        return options.rate or rate_from_frame_time(declared), declared
+        rate = rate_from_frame_time(declared)
     except ValueError as error:
         if options.rate is None:
             lines.fail(f"Frame Time: {error}{remedy}")
         return options.rate, ""
+    return options.rate or rate, declared
 
 
 class _Damage(Exception):

@@ -209,17 +209,16 @@ def format_table(values: FloatArray) -> bytes:
     b'1.500000 -20.000000\n0.000000 0.100000\n'
     """
     flat = values.ravel()
-    millionths = np.rint(np.abs(flat) * 1e6)
-    if not np.all(millionths < 1e15):
+    if np.any(np.abs(flat) >= 1e9):
         row_text = " ".join(["%.6f"] * values.shape[1]) + "\n"
         return "".join([row_text % tuple(row) for row in values.tolist()]).encode()
-    count = millionths.astype(np.int64)
+    count = np.rint(np.abs(flat) * 1e6).astype(np.int64)
     whole = count // 1_000_000
     decimals = (count - whole * 1_000_000).astype(np.uint32)
     whole = whole.astype(np.uint32)
     # Each number gets a sign, as many digits as the longest one, a point, six digits and a separator; what it does not
     # need is left out in the end.
-    n_groups = max(1, -(-len(str(int(whole.max(initial=0)))) // 3))
+    n_groups = -(-len(str(int(whole.max(initial=0)))) // 3)
     point = 1 + 3 * n_groups
     text = np.empty((len(flat), point + 8), dtype=np.uint8)
     keep = np.ones(text.shape, dtype=bool)
