@@ -72,7 +72,8 @@ def moving_average(
     if half < 1e-12 or time in (start, end):
         return continued(time)
     corners = [*output_times, *(2 * start - t for t in output_times), *(2 * end - t for t in output_times)]
-    return integral(continued, time - half, time + half, corners) / (2 * half)
+    low, high = time - half, time + half
+    return integral(continued, low, high, corners) / (high - low)
 
 
 def window_mean(values: np.ndarray, low: float, high: float) -> np.ndarray:
