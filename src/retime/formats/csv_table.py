@@ -29,7 +29,7 @@ from retime.formats.number_text import NumberTextError, parse_number, parse_tabl
 from retime.formats.options import ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion.motion import Motion
-from retime.motion.rate import rate_from_frame_time
+from retime.motion.rate import rate_from_step
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 
@@ -42,7 +42,7 @@ _PIECE_BYTES = 1 << 22
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
-    """Read a CSV table.
+    r"""Read a CSV table.
 
     Parameters
     ----------
@@ -68,6 +68,12 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     -----
     FormatWarning
         Rows were cut off where the file is damaged (``options.repair``).
+
+    Examples
+    --------
+    >>> curve = read(Path("curve.csv"), b"time,x\n0,1\n0.04,3\n0.08,4\n", ReadOptions())
+    >>> curve.names, curve.rate, curve.values[:, 0].tolist()
+    (('x',), Fraction(25, 1), [1.0, 3.0, 4.0])
     """
     kind = foreign_kind(data)
     data = without_byte_order_mark(path, data)
@@ -215,7 +221,7 @@ class _Table:
                 break
             start, line = stop, line + piece.count(b"\n")
         if not n_rows:
-            raise self.error(line, "the table has names and no row of numbers")
+            raise self.error(line, "the table ends after its names; expected rows of numbers")
         self.values = np.concatenate(pieces)
         return notes
 
@@ -256,7 +262,7 @@ class _Table:
         try:
             return parse_number(field.encode(), decimal_comma=self.options.decimal_comma)
         except NumberTextError as error:
-            problem = error.problem if field else "is empty; expected a number"
+            problem = error.problem if field else "expected a number, found nothing"
             raise self.error(line, f"column {self.names[column]!r}: {problem}") from None
 
     def line_of_row(self, wanted: int) -> int:
@@ -365,15 +371,11 @@ def _unit(times: FloatArray, at_least: int) -> float:
 
 def _rate(times: FloatArray, unit: float) -> Fraction | None:
     """Find the exact rate behind times that are even but for their last decimal's `unit`; None where there is none."""
-    step = (Fraction(float(times[-1])) - Fraction(float(times[0]))) / (len(times) - 1)
-    # Each end was rounded or cut, by one unit at most.
-    known = unit / (len(times) - 1)
-    # As a decimal whose last place is at least four times as large, and with a quarter added before it is cut, the
-    # step lies where a reader of decimals looks for it: half a unit down to one unit up.
-    decimals = min(math.floor(-math.log10(4 * known)), 30)
-    scale = Fraction(10) ** decimals
+    n_steps = len(times) - 1
+    step = (Fraction(float(times[-1])) - Fraction(float(times[0]))) / n_steps
     try:
-        return rate_from_frame_time(f"{math.floor(step * scale + Fraction(1, 4))}e{-decimals}")
+        # Each end was rounded or cut, by one unit at most.
+        return rate_from_step(step, Fraction(unit) / n_steps)
     except ValueError:
         return None
 

@@ -100,6 +100,40 @@ def rate_from_frame_time(text: str) -> Fraction:
     return _plainest(1 / high, 1 / low, 1 / written, lambda rate: low <= 1 / rate < high)
 
 
+def rate_from_step(step: Fraction, error: Fraction) -> Fraction:
+    """Find the exact rate behind the step between times, as a table of times gives it.
+
+    Parameters
+    ----------
+    step : Fraction
+        Seconds a frame, measured.
+    error : Fraction
+        How far off the step may be, above 0.
+
+    Returns
+    -------
+    Fraction
+        Frames a second: the rate that is plainest, as `rate_from_frame_time` understands it, or else the fraction with
+        the smallest denominator, no more than 2 % away.
+
+    Raises
+    ------
+    ValueError
+        Not a step from 0.000001 to 1,000,000 seconds.
+
+    Examples
+    --------
+    >>> rate_from_step(Fraction("0.03337"), Fraction("0.00001")), rate_from_step(Fraction("0.03"), Fraction("1e-6"))
+    (Fraction(30000, 1001), Fraction(100, 3))
+    """
+    if not 1 / _FASTEST <= step <= 1 / _SLOWEST:
+        raise ValueError(f"expected a step from 0.000001 to 1,000,000 seconds, found {float(step):.6g}")
+    error = min(error, step / 50)
+    low, high = 1 / (step + error), 1 / (step - error)
+    rate = _plainest(low, high, 1 / step, lambda rate: low <= rate <= high)
+    return _simplest(low, high) if rate == 1 / step else rate
+
+
 def parse_rate(value: str | float | Fraction) -> Fraction:
     """Find the exact rate that a person means.
 
