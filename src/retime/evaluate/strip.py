@@ -13,7 +13,7 @@ from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
-DEFAULT_N_POSES = 30
+DEFAULT_N_POSES = 34
 # Where a whole clip would give its longest flight fewer poses than this, an excerpt gives it as many as that.
 _FEWEST_IN_FLIGHT = 2.5
 _WANTED_IN_FLIGHT = 4.5
