@@ -61,27 +61,32 @@ def apply_warp(motion: AnyMotion, warp: Warp, *, average: bool = True) -> AnyMot
     [0.0, 2.0, 4.0]
     """
     rate = float(motion.rate)
-    low, high = float(warp.input_times.min()), float(warp.input_times.max())
-    if low < -0.5 / rate or high > motion.duration + 0.5 / rate:
-        warnings.warn(
-            f"the warp reaches input times {low:g} to {high:g} s, but {motion.name or 'the motion'} runs from 0 to "
-            f"{motion.duration:g} s; it is held at its ends",
-            RetimeWarning,
-            stacklevel=2,
-        )
-    elif high < motion.duration - 0.5 / rate:
-        warnings.warn(
-            f"the warp ends at input time {high:g} s; {motion.name or 'the motion'} runs to {motion.duration:g} s, "
-            "and the rest of it is left out",
-            RetimeWarning,
-            stacklevel=2,
-        )
+    _compare_ranges(motion, warp)
     output_times = output_frame_times(warp, rate)
     input_times = warp(output_times)
     result = motion.at(input_times)
     if average:
         result = _average_where_fast(result, motion, warp, output_times, input_times)
     return replace(result, first_frame=motion.first_frame)
+
+
+def _compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
+    """Warn where the warp and the motion don't cover the same input times, half a frame aside."""
+    name, near = motion.name or "the motion", 0.5 / float(motion.rate)
+    low, high = float(warp.input_times.min()), float(warp.input_times.max())
+    if low < -near or high > motion.duration + near:
+        message = (
+            f"the warp reaches input times {low:g} to {high:g} s, but {name} runs from 0 to {motion.duration:g} s; "
+            "it is held at its ends"
+        )
+    elif low > near or high < motion.duration - near:
+        message = (
+            f"the warp uses input times {low:g} to {high:g} s; {name} runs from 0 to {motion.duration:g} s, and the "
+            "rest of it is left out"
+        )
+    else:
+        return
+    warnings.warn(message, RetimeWarning, stacklevel=3)
 
 
 def window_frames(warp: Warp, rate: float, output_times: FloatArray) -> FloatArray:

@@ -245,6 +245,11 @@ class Warp:
             piece = piece + 1
         return np.asarray(centre + area / (2 * half))
 
+    def _repr_html_(self) -> str:
+        from retime.warp.picture import warp_html
+
+        return warp_html(self)
+
     def to_json(self) -> str:
         """Return the warp as a JSON document (format ``retime-warp``, version 1); numbers come back bit for bit."""
         document = {

@@ -11,8 +11,8 @@ import itertools
 import math
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,11 +24,11 @@ from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
 from retime.motion.timecode import parse_length
 from retime.warp import control
-from retime.warp.features import low_pass as low_passed
-from retime.warp.features import pose_vectors, sample
 from retime.warp.control import BoolArray, Lock
 from retime.warp.curve import Keytime, Warp, add_times, blend
 from retime.warp.explain import Explanation, explain_path
+from retime.warp.features import low_pass as low_passed
+from retime.warp.features import pose_vectors, sample
 from retime.warp.keytimes import Reduction, as_keytimes, knots_of_path, reduce_to_compression
 from retime.warp.path import FramePath, shortest_path
 from retime.warp.score import Model, build_model, triple_scores
@@ -417,7 +417,7 @@ class Session:
         anchors: Sequence[tuple[int, int]],
         n_output: int | tuple[int, int] | None,
     ) -> tuple[FramePath, float]:
-        """The paper's coarse-to-fine search (§3.3): a path at 5 Hz sets keytimes for the full rate."""
+        """Search from coarse to fine as the paper does (§3.3): a path at 5 Hz sets keytimes for the full rate."""
         if not isinstance(n_output, int):
             raise OptionError("the heuristic search needs a given length")
         start, end = control.end_costs(allowed)
