@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import itertools
 import math
 from typing import TYPE_CHECKING
 
@@ -29,7 +30,7 @@ def warp_html(warp: Warp) -> str:
     level = np.log10(np.clip(slopes, 0.1, 10.0))
     pieces = np.unique(np.concatenate([[0], np.flatnonzero(np.abs(np.diff(level)) > 1e-4) + 1, [len(level)]]))
     x, y = [], []
-    for first, last in zip(pieces[:-1], pieces[1:], strict=True):
+    for first, last in itertools.pairwise(pieces):
         x += [times[first], times[last]]
         y += [level[first], level[first]]
     speed.line(np.array(x), np.array(y))
