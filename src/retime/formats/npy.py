@@ -94,6 +94,14 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     -----
     FormatWarning
         Frames that were cut off were left out (``options.repair``).
+
+    Examples
+    --------
+    >>> file = BytesIO()
+    >>> np.save(file, np.array([[1.0, 2.0], [3.0, 4.0]]))
+    >>> signal = read(Path("two.npy"), file.getvalue(), ReadOptions(rate=Fraction(30)))
+    >>> signal.names, signal.values[:, 1].tolist()
+    (('c0', 'c1'), [2.0, 4.0])
     """
     if data.startswith(_MAGIC):
         members = {"values": _parse(path, data, "the array", options)}
@@ -105,13 +113,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
         kind = foreign_kind(data) or f"found the bytes {data[:6].hex(' ')}"
         raise FormatError(f"expected a NumPy array (NPY) or archive (NPZ), {kind}", path=path, byte=0)
     values, names = _values(path, members["values"], options.limits)
+    if "names" in members:
+        names = _names(path, members["names"], values.shape[1], options.limits)
     rate = options.rate
     if rate is None and "rate" in members:
         rate = _rate(path, members["rate"])
     if rate is None:
         raise FormatError("the file holds no rate, so it must be given (--fps)", path=path)
-    if "names" in members:
-        names = _names(path, members["names"], values.shape[1], options.limits)
     first_frame = 0
     if "first_frame" in members:
         first_frame = int(_number(path, members["first_frame"], "first_frame", "iu"))
@@ -235,15 +243,17 @@ def _number(path: Path, array: _Array, what: str, kinds: str) -> float:
 
 
 def _rate(path: Path, array: _Array) -> Fraction:
+    value: str | float
+    if array.kind in "SU":
+        if math.prod(array.shape) != 1:
+            raise FormatError(f"rate has shape {array.shape}; expected one text or number", path=path)
+        (value,) = _texts(path, "rate", array)
+    else:
+        value = _number(path, array, "rate", "iuf")
     try:
-        if array.kind in "SU":
-            (text,) = _texts(path, "rate", array)
-            return parse_rate(text)
-        return parse_rate(_number(path, array, "rate", "iuf"))
+        return parse_rate(value)
     except OptionError as error:
         raise FormatError(f"rate: {error}", path=path) from None
-    except ValueError:
-        raise FormatError(f"rate has shape {array.shape}; expected one text or number", path=path) from None
 
 
 def _names(path: Path, array: _Array, n_channels: int, limits: Limits) -> tuple[str, ...]:
