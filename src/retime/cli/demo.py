@@ -33,9 +33,10 @@ LENGTH = "65%"
 )
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there.")
 def command(*, out: Path, force: bool) -> None:
-    """Retime the sample clip to 65 % of its length, and show what was kept and what was squeezed.
+    """Retime the sample clip, and show what was kept and what was squeezed.
 
-    Writes the sample, the retimed motion, the warp and its picture.
+    A figure stands, walks, pauses, crouches and jumps; the output has 65 % of its length. Writes the sample, the
+    retimed motion, the warp and its picture.
     """
     names = ["sample.bvh", "shorter.bvh", "warp.json"]
     pictures = ["warp.svg", "warp.png"] if importlib.util.find_spec("matplotlib") is not None else []

@@ -54,6 +54,8 @@ class _Commands(click.Group):
 
     def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]
         extra["standalone_mode"] = False
+        if not (sys.argv[1:] if args is None else args):
+            args = ["--help"]
         code = EXIT_FILE
         try:
             with terminal.showing_warnings():
@@ -100,7 +102,7 @@ def _leave_stdout() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-@click.group(cls=_Commands, epilog=_EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group("retime", cls=_Commands, epilog=_EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="retime", prog_name="retime")
 def main() -> None:
     """Give a motion new timing, its poses untouched (guided time warping).

@@ -16,15 +16,15 @@ _EXAMPLES = "\b\nExamples\n  retime plot linear.json guided.json --motion walk.b
 
 @click.command("plot", cls=SectionedCommand, epilog=_EXAMPLES)
 @click.argument("warps", type=PATH, metavar="WARP.json...", nargs=-1, required=True)
-@clip_options
 @click.option(
     "--motion",
     cls=Option,
     section="Input",
     metavar="CLIP",
     type=PATH,
-    help="The clip that the warps are for: adds a strip of its poses. The other options here say how to read it.",
+    help="The clip that the warps are for: adds a strip of its poses. The next options say how to read it.",
 )
+@clip_options
 @click.option(
     "-o",
     "--output",

@@ -77,9 +77,10 @@ _OPTIONS = (
         "--features",
         cls=Option,
         section="Method",
+        metavar="NAME",
         type=click.Choice(["torso", "heading", "signal"]),
         default_text="torso for a motion, signal for a signal",
-        help="What a pose is: joints in torso space, joints in heading space, or the channels themselves.",
+        help="What a pose is. torso, heading: joints in that space. signal: the channels.",
     ),
     click.option(
         "--smoothing",

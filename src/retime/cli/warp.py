@@ -154,10 +154,11 @@ _EXAMPLES = (
     "--method",
     cls=Option,
     section="Method",
+    metavar="NAME",
     type=click.Choice(["guided", "linear", "spline"]),
     default="guided",
     default_text="guided",
-    help="Search for a natural warp, or join the keytimes by lines or by a spline.",
+    help="guided: search for a natural warp. linear, spline: only join the keytimes.",
 )
 @search_options
 @click.option(

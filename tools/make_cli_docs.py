@@ -1,0 +1,62 @@
+"""Make docs/cli.md from the help of the command line: ``python tools/make_cli_docs.py``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from retime.cli.main import main
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "cli.md"
+WIDTH = 100
+
+INTRODUCTION = """\
+# The command line
+
+This is what `retime --help` and the help of each command print. Made by `tools/make_cli_docs.py`; a test compares.
+"""
+
+
+JSON = """\
+## The JSON of `retime warp --json`
+
+One object on one line. Without a search (`--method linear` or `spline`) its numbers are null.
+
+| key | meaning |
+|---|---|
+| `method` | `guided`, `linear` or `spline` |
+| `input`, `reference` | the files read; `reference` is null where the input is its own |
+| `input_frames`, `input_rate` | frames used of the input, and its rate in Hz |
+| `output_frames`, `output_rate` | the same of the output |
+| `n_input`, `n_output`, `n_reference` | frames offered to the search, selected, and imitated, at the analysis rate |
+| `max_skip`, `n_neighbors`, `rate`, `upsample` | the search's options as they were used; `rate` in Hz |
+| `total` | the sum of the path's local scores |
+| `path` | the selected frames, from 0 to `n_input` - 1; `upsample` of them make one analysis period |
+| `seconds` | time that each stage took |
+| `output`, `warp`, `plot` | the files written; null where none was asked for |
+"""
+
+
+def help_of(context: click.Context) -> str:
+    """Return a command's help as a section of the page."""
+    lines = "\n".join(line.rstrip() for line in context.get_help().splitlines())
+    return f"## {context.command_path}\n\n```text\n{lines}\n```\n"
+
+
+def page() -> str:
+    """Return the page."""
+    parts = [INTRODUCTION]
+    settings = {"terminal_width": WIDTH, "max_content_width": WIDTH}
+    with click.Context(main, info_name="retime", **settings, **main.context_settings) as context:
+        parts.append(help_of(context))
+        for name in main.list_commands(context):
+            command = main.get_command(context, name)
+            assert command is not None
+            with click.Context(command, info_name=name, parent=context) as inner:
+                parts.append(help_of(inner))
+    return "\n".join([*parts, JSON])
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
