@@ -38,43 +38,45 @@ def distance(a: Vector, b: Vector) -> float:
     return math.sqrt(square) / 2.0**shift
 
 
-def joint_score(query: Vector, features: Sequence[Vector], n_neighbors: int) -> float:
-    """Mean distance to the nearest features."""
-    nearest = sorted(distance(query, feature) for feature in features)[:n_neighbors]
-    return math.fsum(nearest) / n_neighbors
+def mean_of_least(distances: Sequence[float], n_neighbors: int) -> float:
+    """Mean of the n_neighbors smallest."""
+    return math.fsum(sorted(distances)[:n_neighbors]) / n_neighbors
 
 
-def nearest_in_pose(pose: Vector, reference: Sequence[Vector], n_neighbors: int) -> list[int]:
-    """Rows nearest to a pose; of two at the same distance the earlier one."""
-    by_distance = sorted(
-        range(len(reference)),
-        key=lambda row: (sum((x - y) ** 2 for x, y in zip(pose, reference[row], strict=True)), row),
-    )
-    return by_distance[:n_neighbors]
+def nearest_in_pose(
+    pose: Vector, reference: Sequence[Vector], weights: Sequence[Fraction], n_neighbors: int
+) -> list[int]:
+    """Rows nearest to a pose, a weight w making a row w times nearer; of two at the same distance the earlier one."""
+
+    def squared(row: int) -> Fraction:
+        return sum(((x - y) ** 2 for x, y in zip(pose, reference[row], strict=True)), Fraction(0)) / weights[row] ** 2
+
+    return sorted(range(len(reference)), key=lambda row: (squared(row), row))[:n_neighbors]
 
 
 def scores(
     kind: str,
     input_poses: np.ndarray,
-    reference_poses: np.ndarray,
-    *,
+    *references: np.ndarray,
     max_skip: int,
     rate: float,
     time_scale: float,
     n_neighbors: int,
+    weights: Sequence[float] = (),
 ) -> np.ndarray:
     """Score every triple; ``kind`` is "joint" or "conditional"."""
-    y, z = exact(input_poses), exact(reference_poses)
     hertz, tau = Fraction(rate), Fraction(time_scale)
-    inner = range(1, len(z) - 1)
-    poses = [z[t] for t in inner]
-    moves = [
-        velocity(z[t - 1], z[t + 1], hertz, tau) + acceleration(z[t - 1], z[t], z[t + 1], hertz, tau) for t in inner
-    ]
-    features = [pose + move for pose, move in zip(poses, moves, strict=True)]
+    poses, moves, weight_of = [], [], []
+    for reference, weight in zip(references, weights or [1.0] * len(references), strict=True):
+        z = exact(reference)
+        for t in range(1, len(z) - 1):
+            poses.append(z[t])
+            moves.append(velocity(z[t - 1], z[t + 1], hertz, tau) + acceleration(z[t - 1], z[t], z[t + 1], hertz, tau))
+            weight_of.append(Fraction(weight))
+    y = exact(input_poses)
     table = np.full((len(y), max_skip, max_skip), np.inf)
     for j in range(len(y)):
-        nearest = nearest_in_pose(y[j], poses, n_neighbors) if kind == "conditional" else []
+        nearest = nearest_in_pose(y[j], poses, weight_of, n_neighbors) if kind == "conditional" else []
         for a in range(1, max_skip + 1):
             for b in range(1, max_skip + 1):
                 i, k = j - a, j + b
@@ -82,8 +84,11 @@ def scores(
                     continue
                 move = velocity(y[i], y[k], hertz, tau) + acceleration(y[i], y[j], y[k], hertz, tau)
                 if kind == "joint":
-                    table[j, a - 1, b - 1] = joint_score(y[j] + move, features, n_neighbors)
+                    distances = [
+                        distance(y[j] + move, poses[row] + moves[row]) / float(weight_of[row])
+                        for row in range(len(poses))
+                    ]
                 else:
                     distances = [distance(move, moves[row]) for row in nearest]
-                    table[j, a - 1, b - 1] = math.fsum(distances) / n_neighbors
+                table[j, a - 1, b - 1] = mean_of_least(distances, n_neighbors)
     return table

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from functools import cache
 
 import numpy as np
@@ -10,26 +9,26 @@ import pytest
 
 from retime.errors import OptionError
 from retime.kernels import Backend
-from retime.warp import score
-from retime.warp.features import difference_scales, timing_features
+from retime.warp.path import path_scores
+from retime.warp.score import SCORES, build_model, matched_frames, triple_scores
 from tests.reference.scores import scores as literal_scores
 
 RATE, TIME_SCALE = 30.0, 0.1
 
 
-def joint(
-    kernels: Backend, y: np.ndarray, z: np.ndarray, max_skip: int, n_neighbors: int = 3, **options: float
+def table_of(
+    kind: str,
+    kernels: Backend,
+    y: np.ndarray,
+    *references: np.ndarray,
+    max_skip: int,
+    n_neighbors: int = 3,
+    rate: float = RATE,
+    time_scale: float = TIME_SCALE,
+    weights: tuple[float, ...] = (),
 ) -> np.ndarray:
-    settings = {"rate": RATE, "time_scale": TIME_SCALE, **options}
-    return score.triple_scores(y, z, max_skip=max_skip, n_neighbors=n_neighbors, use=kernels, **settings)
-
-
-def conditional(
-    kernels: Backend, y: np.ndarray, z: np.ndarray, max_skip: int, n_neighbors: int = 3, **options: float
-) -> np.ndarray:
-    settings = {"rate": RATE, "time_scale": TIME_SCALE, **options}
-    features = timing_features(z, **settings)
-    return kernels.conditional_scores(y, features, max_skip, *difference_scales(**settings), n_neighbors)
+    model = build_model(references, rate=rate, time_scale=time_scale, n_neighbors=n_neighbors, weights=weights)
+    return triple_scores(y, model, max_skip=max_skip, n_neighbors=n_neighbors, score=kind, use=kernels)
 
 
 def walk(rng: np.random.Generator, n_frames: int, n_numbers: int) -> np.ndarray:
@@ -86,7 +85,7 @@ def exact_scores(
 
 @pytest.mark.parametrize("data", [name for name in DATA if name != "every_magnitude"])
 @pytest.mark.parametrize(("n_input", "n_reference", "n_numbers", "max_skip", "n_neighbors"), SIZES)
-@pytest.mark.parametrize("kind", ["joint", "conditional"])
+@pytest.mark.parametrize("kind", SCORES)
 def test_scores_equal_eq_2(
     kernels: Backend,
     kind: str,
@@ -98,7 +97,7 @@ def test_scores_equal_eq_2(
     n_neighbors: int,
 ) -> None:
     y, z = DATA[data](np.random.default_rng(7), n_input, n_reference, n_numbers)
-    table = {"joint": joint, "conditional": conditional}[kind](kernels, y, z, max_skip, n_neighbors)
+    table = table_of(kind, kernels, y, z, max_skip=max_skip, n_neighbors=n_neighbors)
     wanted = exact_scores(kind, data, n_input, n_reference, n_numbers, max_skip, n_neighbors)
     assert table.shape == (n_input, max_skip, max_skip)
     inside = np.isfinite(wanted)
@@ -131,11 +130,12 @@ def test_every_backend_and_thread_count_gives_the_same_bits(
 ) -> None:
     compiled, in_numpy = both
     y, z = DATA[data](np.random.default_rng(3), n_input, n_reference, n_numbers)
-    for scores_of in (joint, conditional):
-        wanted = scores_of(in_numpy, y, z, max_skip, n_neighbors)
+    for kind in SCORES:
+        wanted = table_of(kind, in_numpy, y, z, max_skip=max_skip, n_neighbors=n_neighbors)
         for threads in ("1", "2", "5"):
             monkeypatch.setenv("RETIME_THREADS", threads)
-            assert np.array_equal(scores_of(compiled, y, z, max_skip, n_neighbors), wanted)
+            table = table_of(kind, compiled, y, z, max_skip=max_skip, n_neighbors=n_neighbors)
+            assert np.array_equal(table, wanted)
 
 
 @pytest.mark.parametrize("time_scale", [0.0, 1 / 30, 2 / 3, 100.0])
@@ -145,8 +145,10 @@ def test_time_scale_and_rate_weigh_as_in_the_formula(
 ) -> None:
     rng = np.random.default_rng(11)
     y, z = walk(rng, 9, 3), walk(rng, 9, 3)
-    for kind, scores_of in (("joint", joint), ("conditional", conditional)):
-        compiled, in_numpy = (scores_of(kernels, y, z, 2, rate=rate, time_scale=time_scale) for kernels in both)
+    for kind in SCORES:
+        compiled, in_numpy = (
+            table_of(kind, kernels, y, z, max_skip=2, rate=rate, time_scale=time_scale) for kernels in both
+        )
         wanted = literal_scores(kind, y, z, max_skip=2, rate=rate, time_scale=time_scale, n_neighbors=3)
         inside = np.isfinite(wanted)
         size = max(1.0, (rate * time_scale) ** 2)
@@ -158,58 +160,112 @@ def test_more_frames_than_a_block_holds(both: tuple[Backend, Backend]) -> None:
     # Both backends work through long inputs in blocks; these sizes make three of them and two.
     rng = np.random.default_rng(5)
     y, z = walk(rng, 2600, 1), walk(rng, 4000, 1)
-    for scores_of in (joint, conditional):
-        compiled, in_numpy = (scores_of(kernels, y, z, 1) for kernels in both)
+    for kind in SCORES:
+        compiled, in_numpy = (table_of(kind, kernels, y, z, max_skip=1) for kernels in both)
         assert np.array_equal(compiled, in_numpy)
-        part = scores_of(both[0], y[1000:1300], z, 1)
+        part = table_of(kind, both[0], y[1000:1300], z, max_skip=1)
         assert np.array_equal(part[1:-1], compiled[1001:1299])
 
 
 def test_conditional_takes_the_earlier_frame_of_two_equally_near_in_pose(kernels: Backend) -> None:
     # All three inner frames of the reference are 1 away from where the input rests; the first of them rests too.
     reference = np.array([[0.0], [0.0], [0.0], [2.0], [4.0]])
-    table = conditional(kernels, np.ones((3, 1)), reference, 1, 1, time_scale=1 / RATE)
-    assert table[1, 0, 0] == 0.0
-    backwards = conditional(kernels, np.ones((3, 1)), reference[::-1], 1, 1, time_scale=1 / RATE)
-    assert backwards[1, 0, 0] == 2.0
+    resting = np.ones((3, 1))
+    forward = table_of("conditional", kernels, resting, reference, max_skip=1, n_neighbors=1, time_scale=1 / RATE)
+    assert forward[1, 0, 0] == 0.0
+    backward = table_of(
+        "conditional", kernels, resting, reference[::-1], max_skip=1, n_neighbors=1, time_scale=1 / RATE
+    )
+    assert backward[1, 0, 0] == 2.0
 
 
 def test_unit_speed_costs_nothing_where_the_reference_is_the_input_itself(kernels: Backend) -> None:
     poses = walk(np.random.default_rng(2), 30, 5)
-    table = joint(kernels, poses, poses, 3, 1)
+    table = table_of("joint", kernels, poses, poses, max_skip=3, n_neighbors=1)
     np.testing.assert_array_equal(table[1:-1, 0, 0], 0.0)
     assert (table[2:-2, 1, 1] > 0).all()
 
 
 def test_triples_outside_the_input_are_forbidden(kernels: Backend) -> None:
-    table = joint(kernels, walk(np.random.default_rng(2), 6, 2), walk(np.random.default_rng(3), 9, 2), 4)
+    rng = np.random.default_rng(2)
+    table = table_of("joint", kernels, walk(rng, 6, 2), walk(rng, 9, 2), max_skip=4)
     for j in range(6):
         for a in range(1, 5):
             for b in range(1, 5):
                 assert np.isfinite(table[j, a - 1, b - 1]) == (j - a >= 0 and j + b <= 5)
 
 
+@pytest.mark.parametrize("kind", SCORES)
+@pytest.mark.parametrize("weights", [(1.0, 1.0), (2.0, 2.0), (1.0, 4.0), (0.5, 3.0, 0.5)])
+def test_several_references_with_weights(both: tuple[Backend, Backend], kind: str, weights: tuple[float, ...]) -> None:
+    rng = np.random.default_rng(len(weights))
+    y = walk(rng, 9, 3)
+    references = [walk(rng, 4 + 3 * i, 3) for i in range(len(weights))]
+    compiled, in_numpy = (
+        table_of(kind, kernels, y, *references, max_skip=2, n_neighbors=4, weights=weights) for kernels in both
+    )
+    assert np.array_equal(compiled, in_numpy)
+    wanted = literal_scores(
+        kind, y, *references, weights=weights, max_skip=2, rate=RATE, time_scale=TIME_SCALE, n_neighbors=4
+    )
+    inside = np.isfinite(wanted)
+    np.testing.assert_allclose(compiled[inside], wanted[inside], rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", SCORES)
+def test_matched_frames_are_those_that_gave_the_score(both: tuple[Backend, Backend], kind: str) -> None:
+    rng = np.random.default_rng(4)
+    y = walk(rng, 20, 3)
+    model = build_model([walk(rng, 15, 3), walk(rng, 9, 3)], rate=RATE, time_scale=TIME_SCALE, weights=(1.0, 2.0))
+    scores = triple_scores(y, model, max_skip=3, score=kind, use=both[0])
+    path = np.array([0, 2, 3, 6, 7, 9, 12, 15, 16, 17, 19])
+    rows, distances = matched_frames(y, path, model, score=kind)
+    assert rows.shape == distances.shape == (9, 3)
+    np.testing.assert_allclose(distances.mean(axis=1), path_scores(scores, path), rtol=1e-12)
+    assert (np.diff(distances, axis=1) >= 0).all()
+
+
 @pytest.mark.parametrize("n_neighbors", [1, 3, 7])
-def test_a_reference_too_short_for_the_neighbors_is_refused(kernels: Backend, n_neighbors: int) -> None:
-    poses = walk(np.random.default_rng(0), n_neighbors + 1, 2)
-    enough = walk(np.random.default_rng(0), n_neighbors + 2, 2)
-    with pytest.raises(OptionError, match=re.escape(f"n_neighbors={n_neighbors} needs at least {n_neighbors + 2}")):
-        joint(kernels, enough, poses, 2, n_neighbors)
-    assert np.isfinite(joint(kernels, enough, enough, 2, n_neighbors)[1, 0, 0])
+def test_references_too_short_for_the_neighbors_are_refused(n_neighbors: int) -> None:
+    def model_of(*lengths: int) -> None:
+        poses = [walk(np.random.default_rng(0), length, 2) for length in lengths]
+        build_model(poses, rate=RATE, time_scale=TIME_SCALE, n_neighbors=n_neighbors)
+
+    model_of(n_neighbors + 2)
+    model_of(2, n_neighbors + 2)
+    model_of(*[3] * n_neighbors)
+    for lengths in ([n_neighbors + 1], [2] * 9, [1, n_neighbors + 1], [3] * (n_neighbors - 1) + [2]):
+        with pytest.raises(OptionError, match=f"n_neighbors={n_neighbors} needs at least {n_neighbors + 2}"):
+            model_of(*lengths)
 
 
 def test_poses_of_different_numbers_are_refused(kernels: Backend) -> None:
     with pytest.raises(OptionError, match="same numbers"):
-        joint(kernels, np.zeros((9, 2)), np.zeros((9, 3)), 2)
+        table_of("joint", kernels, np.zeros((9, 2)), np.zeros((9, 3)), max_skip=2)
+    with pytest.raises(OptionError, match="same numbers"):
+        table_of("joint", kernels, np.zeros((9, 2)), np.zeros((9, 2)), np.zeros((9, 3)), max_skip=2)
 
 
-@pytest.mark.parametrize("options", [{"max_skip": 0}, {"max_skip": -1}, {"n_neighbors": 0}])
-def test_limits_below_one_are_refused(kernels: Backend, options: dict[str, int]) -> None:
-    with pytest.raises(OptionError, match="at least 1"):
-        joint(kernels, np.zeros((9, 2)), np.zeros((9, 2)), **{"max_skip": 2, **options})
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"max_skip": 0},
+        {"max_skip": -1},
+        {"max_skip": 256},
+        {"n_neighbors": 0},
+        {"weights": (0.0,)},
+        {"weights": (1.0, 1.0)},
+        {"time_scale": -0.1},
+        {"time_scale": float("nan")},
+        {"time_scale": float("inf")},
+    ],
+    ids=str,
+)
+def test_options_without_meaning_are_refused(kernels: Backend, options: dict[str, float]) -> None:
+    with pytest.raises(OptionError):
+        table_of("joint", kernels, np.zeros((9, 2)), np.zeros((9, 2)), **{"max_skip": 2, **options})
 
 
-@pytest.mark.parametrize("time_scale", [-0.1, float("nan"), float("inf")])
-def test_a_time_scale_that_is_no_time_is_refused(kernels: Backend, time_scale: float) -> None:
-    with pytest.raises(OptionError, match="time scale"):
-        joint(kernels, np.zeros((9, 2)), np.zeros((9, 2)), 2, time_scale=time_scale)
+def test_a_score_that_is_not_there_is_refused(kernels: Backend) -> None:
+    with pytest.raises(OptionError, match="joint, conditional"):
+        table_of("mean", kernels, np.zeros((9, 2)), np.zeros((9, 2)), max_skip=2)
