@@ -272,7 +272,7 @@ def test_no_warning_where_nothing_is_odd() -> None:
 @pytest.mark.parametrize("wrap", [7, 64, 100, 193])
 def test_wrapped_rows_across_the_blocks_that_are_parsed_at_once(tmp_path: Path, wrap: int) -> None:
     """Rows wrapped at any width, in a file longer than a block of the parser (half a megabyte)."""
-    n_joints, n_frames = 64, 1000
+    n_joints, n_frames = 64, 600
     values = np.round(np.random.default_rng(3).normal(size=(n_frames, 3 * n_joints)), 3)
     joints = "".join(
         f"JOINT j{i}\n{{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n" for i in range(n_joints)
