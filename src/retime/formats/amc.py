@@ -126,18 +126,18 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     asf_data = read_bytes(asf_path, options.limits)
     asf = parse_asf(asf_path, asf_data, options.limits)
     for note in asf.notes:
-        warnings.warn(f"{asf_path}: {note}", FormatWarning, stacklevel=2)
+        warnings.warn(f"{asf_path}: {note}", FormatWarning, stacklevel=3)
     reader = _Reader(path, data, options, asf, asf_path)
     reader.run()
     for note in reader.notes:
-        warnings.warn(f"{path}: {note}", FormatWarning, stacklevel=2)
+        warnings.warn(f"{path}: {note}", FormatWarning, stacklevel=3)
     rate = options.rate or reader.rate
     if rate is None:
         rate = ASSUMED_RATE
         warnings.warn(
             f"{path}: AMC files carry no rate; 120 Hz assumed (most CMU trials); --fps sets it",
             FormatWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
     rotations, translations, angles = _pose(asf, reader.joint_values(), degrees=reader.degrees)
     declaration = AsfDeclaration(
@@ -186,7 +186,7 @@ class _Reader:
         # The joints that have channels, in the first frame's order, and as a set.
         self.order: list[int] = []
         self.moving: frozenset[int] = frozenset()
-        self.blocks: list[list[float]] = []
+        self.blocks: list[FloatArray] = []
         self.n_frames = 0
         self.counts = [len(channels) for channels in asf.channels]
         names = [name.encode(asf.encoding) for name in asf.skeleton.names]
@@ -406,10 +406,10 @@ class _Reader:
             numbers = parse_numbers(b" ".join(words), decimal_comma=comma)
         except NumberTextError as error:
             whole = error.index // width
-            self.blocks.append(parse_numbers(b" ".join(words[: whole * width]), decimal_comma=comma))
+            self.blocks.append(np.array(parse_numbers(b" ".join(words[: whole * width]), decimal_comma=comma)))
             self.n_frames += whole
             raise self.bad_word(piece[whole][1], error, self.first_frame + self.n_frames) from None
-        self.blocks.append(numbers)
+        self.blocks.append(np.array(numbers))
         self.n_frames += len(piece)
 
     def bad_word(self, record: dict[int, tuple[int, list[bytes]]], error: NumberTextError, frame: int) -> FormatError:
@@ -437,8 +437,7 @@ class _Reader:
     def joint_values(self) -> list[FloatArray]:
         """Give each joint's values, shape (n_frames, number of its channels)."""
         width = sum(self.counts)
-        table = np.array([number for block in self.blocks for number in block])
-        table = table.reshape(self.n_frames, width)
+        table = np.concatenate([np.empty(0), *self.blocks]).reshape(self.n_frames, width)
         columns = {}
         start = 0
         for joint in self.order:
@@ -641,7 +640,7 @@ def _values(motion: Motion, output: _Output, path: Path) -> list[FloatArray]:
             f"{path}: the nearest angles were written where the ASF frees too few: joint "
             f"{motion.skeleton.names[source]!r} is off by up to {angle:.3g} degrees, at frame {frame}{others}",
             FormatWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     return values
 

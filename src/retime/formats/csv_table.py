@@ -85,7 +85,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
             raise FormatError("the file is empty; expected a table of numbers", path=path)
         table = _Table(path, data, options)
         for note in table.read_rows():
-            warnings.warn(f"{path}: {note}", FormatWarning, stacklevel=2)
+            warnings.warn(f"{path}: {note}", FormatWarning, stacklevel=3)
         return table.signal()
     except FormatError as error:
         if kind is None:
