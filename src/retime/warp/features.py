@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from retime.errors import OptionError
 from retime.motion.joint_names import near_names
-from retime.motion.kinematics import global_poses, heading_positions, torso_positions
+from retime.motion.kinematics import GlobalPoses, global_poses, heading_positions, torso_positions
 from retime.motion.motion import Motion, frame_positions
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
@@ -107,13 +107,8 @@ def pose_vectors(motion: Motion | Signal, options: PoseOptions | str | None = No
     space = pose_space(motion, options)
     if isinstance(motion, Signal):
         return signal_vectors(motion, options, signal_scales(motion.names, [motion.values], options))
-    joints = space_joints(motion, space)
-    chosen = chosen_places(motion.skeleton.names, joints, options, motion.name)
-    poses = global_poses(motion)
-    positions = torso_positions(poses) if space == "torso" else heading_positions(poses)
-    if len(chosen) < len(joints):
-        positions = positions[:, [joints.index(joint) for joint in chosen]]
-    return position_vectors(positions, [motion.skeleton.names[joint] for joint in chosen], options)
+    chosen = chosen_places(motion.skeleton.names, space_joints(motion, space), options, motion.name)
+    return joint_vectors(global_poses(motion), motion.skeleton.names, chosen, space, options)
 
 
 def pose_space(motion: Motion | Signal, options: PoseOptions) -> str:
@@ -124,10 +119,12 @@ def pose_space(motion: Motion | Signal, options: PoseOptions) -> str:
                 f"{motion.name or 'the signal'} has no skeleton: its features are 'signal', not {options.space!r}"
             )
         return "signal"
-    if options.space == "signal" or options.scales:
-        what = "channels to scale" if options.scales else "signal features"
+    where = motion.name or "the motion"
+    if options.space == "signal":
+        raise OptionError(f"{where} has a skeleton: its features are 'torso' or 'heading'")
+    if options.scales:
         raise OptionError(
-            f"{motion.name or 'the motion'} has a skeleton, no {what}: its features are 'torso' or 'heading'"
+            f"{where} has a skeleton, and joints have weights, not scales: found one of {', '.join(options.scales)}"
         )
     return options.space or "torso"
 
@@ -163,10 +160,34 @@ def chosen_places(names: Sequence[str], places: Sequence[int], options: PoseOpti
     return chosen
 
 
-def position_vectors(positions: FloatArray, names: Sequence[str], options: PoseOptions) -> FloatArray:
-    """Weight positions (n_frames, n_joints, 3) by the joints' names, and lay each frame out as one vector."""
-    if any(name in options.weights for name in names):
-        positions = positions * np.array([options.weights.get(name, 1.0) for name in names])[:, None]
+def joint_vectors(
+    poses: GlobalPoses, names: Sequence[str], joints: Sequence[int], space: str, options: PoseOptions
+) -> FloatArray:
+    """Put some joints into a pose space, weight them by their names, and lay each frame out as one vector.
+
+    Parameters
+    ----------
+    poses : GlobalPoses
+        The root first; further rotations are not used.
+    names : sequence of str
+        Of all joints of `poses`.
+    joints : sequence of int
+        Those that count.
+    space : {"torso", "heading"}
+        The pose space; ``torso`` has no root.
+    options : PoseOptions
+        Whose weights are used.
+
+    Returns
+    -------
+    float array, shape (n_frames, 3 * len(joints))
+    """
+    if space == "torso":
+        positions = torso_positions(poses)[:, [joint - 1 for joint in joints]]
+    else:
+        positions = heading_positions(poses)[:, joints]
+    if any(names[joint] in options.weights for joint in joints):
+        positions = positions * np.array([options.weights.get(names[joint], 1.0) for joint in joints])[:, None]
     return np.ascontiguousarray(positions.reshape(len(positions), -1))
 
 
