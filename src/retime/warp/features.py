@@ -281,6 +281,38 @@ def sample(vectors: FloatArray, rate: Fraction, input_times: ArrayLike) -> Float
     return out
 
 
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Pose vectors of one clip at its own rate.
+
+    Attributes
+    ----------
+    vectors : float array, shape (n_frames, n_numbers)
+        One pose a frame.
+    rate : Fraction
+        Frames a second.
+    """
+
+    vectors: FloatArray
+    rate: Fraction
+    # The vectors low-passed at the last cutoff: a clip is read many times while its keytimes are dragged.
+    _passed: dict[float, FloatArray] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first frame to the last."""
+        return float((len(self.vectors) - 1) / self.rate)
+
+    def at(self, times: ArrayLike, cutoff: float) -> FloatArray:
+        """Low-pass at `cutoff` Hz (0 is off) and read at `times` (seconds); shape (n, n_numbers)."""
+        passed = self._passed.get(cutoff)
+        if passed is None:
+            passed = low_pass(self.vectors, self.rate, cutoff)
+            self._passed.clear()
+            self._passed[cutoff] = passed
+        return sample(passed, self.rate, times)
+
+
 def timing_features(poses: FloatArray, *, rate: float, time_scale: float) -> FloatArray:
     """Features of consecutive frames: pose, scaled velocity, scaled acceleration (§3.2).
 
