@@ -273,7 +273,10 @@ def test_defaults_in_help_are_those_of_the_library(run) -> None:
     [
         (["--length", "fast"], "--length"),
         (["--length", "0.01s"], "at least 2"),
+        (["--length", "1f"], "above 0"),
+        (["--length", "-5%"], "--length"),
         (["--key", "2.5"], "--key"),
+        (["--key", "1=-1"], "--key"),
         (["--key", "=2"], "--key"),
         (["--key", "1=99"], "beyond the output's end"),
         (["--rate", "0"], "--rate"),

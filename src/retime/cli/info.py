@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import importlib.util
-import platform
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +46,10 @@ def command(*, clip: Path | None, clip_options: ClipOptions, as_json: bool, buil
 
 
 def _describe_build() -> dict[str, Any]:
+    import importlib.metadata
+    import importlib.util
+    import platform
+
     from retime.kernels import backend, compiled_available
 
     return {

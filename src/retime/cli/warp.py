@@ -28,8 +28,11 @@ Key = tuple[str, str]
 
 
 def _length(text: str) -> str:
-    """Refuse what is no length; what it means depends on the clip."""
-    parse_length(text, 10_000_000, Fraction(240))
+    """Refuse what is no length for any clip; what it means depends on the clip."""
+    try:
+        parse_length(text, 10_000_000, Fraction(240))
+    except OptionError:
+        raise OptionError(f"expected a length above 0, such as 65%, 9.3s or 280f, found {text!r}") from None
     return text
 
 
@@ -39,7 +42,8 @@ def _key(text: str) -> Key:
     if not sign:
         raise OptionError(f"expected input time = output time, such as 2.5=1.8 or 300f=0:01.800, found {text!r}")
     for time in (input_time, output_time):
-        parse_time(time, Fraction(30))
+        if parse_time(time, Fraction(30)) < 0:
+            raise OptionError(f"input and output begin at time 0, found {text!r}")
     return input_time, output_time
 
 
