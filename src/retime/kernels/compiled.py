@@ -13,6 +13,8 @@ import numpy as np
 from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kernels
 
 _BLOCK_BYTES = 96 << 20
+# kProductsPadding in scores.hpp.
+_PADDING = 16
 
 
 def n_threads() -> int:
@@ -47,7 +49,10 @@ def joint_scores(
     # In single precision only ratios matter: scaled to about 1, nothing overflows.
     size = max(float(np.abs(reference).max()), float(np.abs(inputs).max()), 1e-300)
     y = (inputs / size).astype(np.float32)
-    parts = [(weight / size).astype(np.float32) for weight in weights]
+    padded = -(-n_reference // _PADDING) * _PADDING
+    together = np.zeros((3, padded, n_numbers), dtype=np.float32)
+    together[:, :n_reference] = np.stack(weights) / size
+    by_columns = together.reshape(3 * padded, n_numbers).T
     half_squares = 0.5 * np.sum((reference / size) ** 2, axis=1)
     # Rounding of operands, products and sums of n terms: at most (n + 4) units of |y| |z|, by Cauchy and Schwarz.
     unit = (n_numbers + 8) * 2.0**-24 * 1.01
@@ -56,15 +61,16 @@ def joint_scores(
     slack = unit * lengths[:, None] * np.array(longest)
     reference_slack = unit * float(half_squares.max()) + 1e-30
     threads = n_threads()
-    rows = max(2 * max_skip + 1, _BLOCK_BYTES // (12 * n_reference) - 2 * max_skip)
+    rows = max(2 * max_skip + 1, _BLOCK_BYTES // (12 * padded) - 2 * max_skip)
     for begin in range(0, n_input, rows):
         end = min(begin + rows, n_input)
         first, last = max(0, begin - max_skip), min(n_input, end + max_skip)
-        here, after, before = (y[first:last] @ part.T for part in parts)
+        products = y[first:last] @ by_columns
+        here = products[:, :n_reference]
         np.subtract(half_squares.astype(np.float32), here, out=here)
         _kernels.joint_scores(
             inputs, reference, max_skip, velocity, acceleration, n_neighbors,
-            here, after, before, np.ascontiguousarray(slack[first:last]), reference_slack,
+            products, np.ascontiguousarray(slack[first:last]), reference_slack,
             first, begin, end, threads, each, out,
         )  # fmt: skip
     return out

@@ -40,12 +40,14 @@ NB_MODULE(_kernels, m) {
     m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
 
     m.def("joint_scores",
-          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Floats here, Floats after,
-             Floats before, Doubles slack, double reference_slack, size_t first, size_t begin, size_t end, int n_threads, bool each, Output out) {
+          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Floats products,
+             Doubles slack, double reference_slack, size_t first, size_t begin, size_t end, int n_threads, bool each, Output out) {
               const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
-              const retime::Products products{here.data(), after.data(), before.data(), slack.data(), reference_slack, first, here.shape(0)};
+              const size_t r = products.shape(1) / 3;
+              const retime::Products parts{products.data(), products.data() + r, products.data() + 2 * r, 3 * r, slack.data(), reference_slack, first,
+                                           products.shape(0)};
               nb::gil_scoped_release unlocked;
-              retime::joint_scores(p, products, begin, end, n_threads, each, out.data());
+              retime::joint_scores(p, parts, begin, end, n_threads, each, out.data());
           });
 
     m.def("conditional_scores",

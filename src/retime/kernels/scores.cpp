@@ -5,7 +5,8 @@
 // The squared distance separates into a term of j, one of k and one of i for each reference frame l, so a candidate costs two
 // additions instead of 3 * n_numbers of them. Those terms are single precision and only choose candidates. Invariant: |approximate
 // - exact| <= slack for every l, so a frame whose approximate value exceeds the n_neighbors-th smallest by more than 2 * slack
-// can't be a neighbour. What is left is measured exactly, in a fixed order of summation that every backend shares.
+// can't be a neighbour. What is left is measured exactly, in a fixed order of summation that every backend shares: pose and movement
+// apart, each in 32 running sums that are then halved to one. The pose part belongs to (j, l) alone and is kept for all triples of j.
 
 #include "scores.hpp"
 
@@ -17,23 +18,27 @@
 namespace retime {
 namespace {
 
-constexpr size_t kLanes = 8;
-constexpr size_t kBlock = 64;
+constexpr size_t kLanes = 32;
+constexpr size_t kPart = kProductsPadding;
+constexpr size_t kBlock = 8 * kPart;
+constexpr float kFar = std::numeric_limits<float>::infinity();
 
-// Eight running sums, then a fixed tree; the NumPy backend adds in the same order.
-inline double squared_distance(const double* a, const double* b, size_t n_padded) {
-    double sum[kLanes] = {};
-    for (size_t d = 0; d < n_padded; d += kLanes)
+// Sum of squared differences; n is a multiple of kLanes. Lane l holds the terms l, l + 32, ...; then halves are added: 16, 8, 4, 2, 1.
+inline __attribute__((always_inline)) double squared_distance(const double* __restrict a, const double* __restrict b, size_t n) {
+    alignas(64) double sum[kLanes] = {};
+    for (size_t d = 0; d < n; d += kLanes)
         for (size_t lane = 0; lane < kLanes; ++lane) {
             const double difference = a[d + lane] - b[d + lane];
             sum[lane] += difference * difference;
         }
-    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+    alignas(64) double t[8];
+    for (size_t lane = 0; lane < 8; ++lane) t[lane] = (sum[lane] + sum[lane + 16]) + (sum[lane + 8] + sum[lane + 24]);
+    return ((t[0] + t[4]) + (t[2] + t[6])) + ((t[1] + t[5]) + (t[3] + t[7]));
 }
 
 inline size_t padded(size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
-// Copy rows of n numbers into rows padded with zeros.
+// Copy n numbers of each row into rows padded with zeros.
 std::vector<double> pad_rows(const double* rows, size_t n_rows, size_t stride, size_t offset, size_t n) {
     const size_t wide = padded(n);
     std::vector<double> out(n_rows * wide, 0.0);
@@ -51,143 +56,183 @@ void in_threads(size_t begin, size_t end, int n_threads, Work work) {
     for (auto& thread : pool) thread.join();
 }
 
-struct Candidate {
-    float value;
-    int32_t row;
-};
-
-// Keep every row whose value may belong to the n smallest.
+// Rows whose approximate value may belong to the n smallest.
 class Nearest {
   public:
-    explicit Nearest(size_t n) : n_(n) {}
+    explicit Nearest(size_t n) : n_(n) { smallest_.reserve(n + 1); }
 
-    void start(float slack) {
+    // `guesses` are rows of a triple close by: their values here bound the n-th smallest from above before the scan begins.
+    inline __attribute__((always_inline)) void start(float slack, const std::vector<int32_t>& guesses, const float* row, const float* other) {
         slack2_ = 2 * slack;
-        limit_ = std::numeric_limits<float>::infinity();
-        found_.clear();
+        limit_ = kFar;
+        rows_.clear();
+        values_.clear();
+        smallest_.clear();
+        if (guesses.size() < n_) return;
+        for (const int32_t l : guesses) rank(row[l] - other[l]);
+        limit_ = loosened();
         smallest_.clear();
     }
 
     float limit() const { return limit_; }
 
-    void add(float value, int32_t row) {
-        found_.push_back({value, row});
-        if (smallest_.size() == n_ && value >= smallest_.back()) return;
-        smallest_.insert(std::upper_bound(smallest_.begin(), smallest_.end(), value), value);
-        if (smallest_.size() > n_) smallest_.pop_back();
-        // Rounded up, so that single precision can't push a neighbour out.
-        if (smallest_.size() == n_)
-            limit_ = std::nextafter(smallest_.back() + slack2_, std::numeric_limits<float>::infinity());
+    inline __attribute__((always_inline)) void add(float value, int32_t row) {
+        rows_.push_back(row);
+        values_.push_back(value);
+        rank(value);
+        if (smallest_.size() == n_) limit_ = std::min(limit_, loosened());
     }
 
-    template <typename Visit>
-    void each(Visit visit) const {
-        for (const auto& candidate : found_)
-            if (candidate.value <= limit_) visit(candidate.row);
+    // Forget rows that the limit has come down past.
+    inline __attribute__((always_inline)) const std::vector<int32_t>& rows() {
+        size_t kept = 0;
+        for (size_t i = 0; i < rows_.size(); ++i)
+            if (values_[i] <= limit_) rows_[kept++] = rows_[i];
+        rows_.resize(kept);
+        return rows_;
     }
 
   private:
+    inline __attribute__((always_inline)) void rank(float value) {
+        if (smallest_.size() == n_) {
+            if (!(value < smallest_.back())) return;
+            smallest_.pop_back();
+        }
+        size_t place = smallest_.size();
+        smallest_.push_back(value);
+        for (; place > 0 && smallest_[place - 1] > value; --place) smallest_[place] = smallest_[place - 1];
+        smallest_[place] = value;
+    }
+
+    // A little more than the bound, so that single precision can't push a neighbour out.
+    float loosened() const { return smallest_.back() + slack2_ + std::abs(smallest_.back()) * 2.4e-7f; }
+
     size_t n_;
     float slack2_ = 0, limit_ = 0;
-    std::vector<Candidate> found_;
-    std::vector<float> smallest_;
+    std::vector<int32_t> rows_;
+    std::vector<float> values_, smallest_;
 };
 
-// Feed the rows with row[l] - other[l] below the limit to `nearest`, which lowers it on the way.
-RETIME_WIDE void scan(const float* row, const float* other, size_t n, Nearest& nearest) {
+// Give the rows with row[l] - other[l] within the limit to `nearest`, which lowers it on the way. n is a multiple of kPart; the padding
+// of `row` is not a number, so it is never within.
+inline __attribute__((always_inline)) void scan(const float* __restrict row, const float* __restrict other, size_t n, Nearest& nearest) {
     for (size_t start = 0; start < n; start += kBlock) {
-        const size_t stop = std::min(start + kBlock, n);
         const float limit = nearest.limit();
-        int hits = 0;
+        const size_t stop = std::min(start + kBlock, n);
         if (stop - start == kBlock) {
+            int32_t hits = 0;
             for (size_t l = 0; l < kBlock; ++l) hits += row[start + l] - other[start + l] <= limit;
-        } else {
-            for (size_t l = start; l < stop; ++l) hits += row[l] - other[l] <= limit;
+            if (hits == 0) continue;
         }
-        if (hits == 0) continue;
-        for (size_t l = start; l < stop; ++l) {
-            const float value = row[l] - other[l];
-            if (value <= nearest.limit()) nearest.add(value, static_cast<int32_t>(l));
-        }
-    }
-}
-
-RETIME_WIDE void subtract(const float* a, const float* b, size_t n, float* out) {
-    for (size_t l = 0; l < n; ++l) out[l] = a[l] - b[l];
-}
-
-// y^ of a triple, padded; the order of operations is the NumPy backend's.
-RETIME_WIDE void feature(const JointProblem& p, size_t i, size_t j, size_t k, double* out) {
-    const size_t n = p.n_numbers;
-    const double *yi = p.input + i * n, *yj = p.input + j * n, *yk = p.input + k * n;
-    for (size_t d = 0; d < n; ++d) {
-        out[d] = yj[d];
-        out[n + d] = (yk[d] - yi[d]) * p.velocity;
-        out[2 * n + d] = ((yk[d] - yj[d]) - (yj[d] - yi[d])) * p.acceleration;
-    }
-}
-
-RETIME_WIDE double exact_distance(const double* a, const double* b, size_t n_padded) {
-    return std::sqrt(squared_distance(a, b, n_padded));
-}
-
-void joint_rows(const JointProblem& p, const Products& products, const double* reference, size_t begin, size_t end, bool each, double* out) {
-    const size_t s = p.max_skip, r = p.n_reference, wide = padded(3 * p.n_numbers);
-    std::vector<float> row(r);
-    std::vector<double> y(wide, 0.0), distances;
-    Nearest nearest(p.n_neighbors);
-    for (size_t j = begin; j < end; ++j) {
-        const size_t jj = j - products.first;
-        for (size_t a = 1; a <= s && a <= j; ++a) {
-            const size_t ii = jj - a;
-            subtract(products.here + jj * r, products.before + ii * r, r, row.data());
-            for (size_t b = 1; b <= s && j + b < p.n_input; ++b) {
-                const size_t kk = jj + b;
-                const double slack = products.reference_slack + products.slack[3 * jj] + products.slack[3 * kk + 1] + products.slack[3 * ii + 2];
-                nearest.start(std::nextafter(static_cast<float>(slack), std::numeric_limits<float>::infinity()));
-                scan(row.data(), products.after + kk * r, r, nearest);
-                feature(p, j - a, j, j + b, y.data());
-                distances.clear();
-                nearest.each([&](int32_t l) { distances.push_back(exact_distance(y.data(), reference + l * wide, wide)); });
-                std::partial_sort(distances.begin(), distances.begin() + p.n_neighbors, distances.end());
-                const size_t triple = (j * s + a - 1) * s + b - 1;
-                if (each) {
-                    std::copy_n(distances.begin(), p.n_neighbors, out + triple * p.n_neighbors);
-                    continue;
-                }
-                double sum = 0.0;
-                for (size_t m = 0; m < p.n_neighbors; ++m) sum += distances[m];
-                out[triple] = sum / static_cast<double>(p.n_neighbors);
+        for (size_t part = start; part < stop; part += kPart) {
+            int32_t hits = 0;
+            for (size_t l = 0; l < kPart; ++l) hits += row[part + l] - other[part + l] <= limit;
+            if (hits == 0) continue;
+            for (size_t l = part; l < part + kPart; ++l) {
+                const float value = row[l] - other[l];
+                if (value <= nearest.limit()) nearest.add(value, static_cast<int32_t>(l));
             }
         }
     }
 }
 
+// The movement of a triple, [v (y_k - y_i), w ((y_k - y_j) - (y_j - y_i))]; the order of operations is the NumPy backend's.
+inline __attribute__((always_inline)) void movement(const JointProblem& p, size_t i, size_t j, size_t k, double* __restrict out) {
+    const size_t n = p.n_numbers;
+    const double* __restrict yi = p.input + i * n;
+    const double* __restrict yj = p.input + j * n;
+    const double* __restrict yk = p.input + k * n;
+    const double velocity = p.velocity, acceleration = p.acceleration;
+    for (size_t d = 0; d < n; ++d) out[d] = (yk[d] - yi[d]) * velocity;
+    for (size_t d = 0; d < n; ++d) out[n + d] = ((yk[d] - yj[d]) - (yj[d] - yi[d])) * acceleration;
+}
+
+// Put the n smallest first, in order, and average them.
+inline __attribute__((always_inline)) double mean_of_smallest(std::vector<double>& distances, size_t n) {
+    double sum = 0.0;
+    for (size_t m = 0; m < n; ++m) {
+        size_t least = m;
+        for (size_t i = m + 1; i < distances.size(); ++i) least = distances[i] < distances[least] ? i : least;
+        std::swap(distances[m], distances[least]);
+        sum += distances[m];
+    }
+    return sum / static_cast<double>(n);
+}
+
+RETIME_WIDE void joint_rows(const JointProblem& p, const Products& products, const double* poses, const double* moves, size_t begin, size_t end,
+                            bool each, double* out) {
+    const size_t s = p.max_skip, r = p.n_reference, n = p.n_numbers, wide = padded(n), wide_move = padded(2 * n);
+    const size_t r_wide = products.stride / 3;
+    std::vector<float> row(r_wide, std::numeric_limits<float>::quiet_NaN());
+    std::vector<double> here(wide, 0.0), move(wide_move, 0.0), pose_part(r), distances;
+    // Neighbours of the triple before this one; of the first triple of the row before; of the first triple of the frame before.
+    std::vector<int32_t> guesses, row_guesses, frame_guesses;
+    Nearest nearest(p.n_neighbors);
+    for (size_t j = begin; j < end; ++j) {
+        const size_t jj = j - products.first;
+        std::copy_n(p.input + j * n, n, here.data());
+        std::fill(pose_part.begin(), pose_part.end(), -1.0);
+        // One frame on, the reference has likely gone on too.
+        row_guesses.clear();
+        for (const int32_t l : frame_guesses)
+            if (l + 1 < static_cast<int32_t>(r)) row_guesses.push_back(l + 1);
+        for (size_t a = 1; a <= s && a <= j; ++a) {
+            const size_t ii = jj - a;
+            const float* __restrict first = products.here + jj * products.stride;
+            const float* __restrict before = products.before + ii * products.stride;
+            for (size_t l = 0; l < r; ++l) row[l] = first[l] - before[l];
+            guesses = row_guesses;
+            for (size_t b = 1; b <= s && j + b < p.n_input; ++b) {
+                const size_t kk = jj + b;
+                const float* after = products.after + kk * products.stride;
+                const double slack = products.reference_slack + products.slack[3 * jj] + products.slack[3 * kk + 1] + products.slack[3 * ii + 2];
+                nearest.start(static_cast<float>(slack * 1.000001), guesses, row.data(), after);
+                scan(row.data(), after, r_wide, nearest);
+                movement(p, j - a, j, j + b, move.data());
+                guesses = nearest.rows();
+                distances.resize(guesses.size());
+                for (size_t i = 0; i < guesses.size(); ++i) {
+                    const size_t l = static_cast<size_t>(guesses[i]);
+                    if (pose_part[l] < 0) pose_part[l] = squared_distance(here.data(), poses + l * wide, wide);
+                    distances[i] = std::sqrt(pose_part[l] + squared_distance(move.data(), moves + l * wide_move, wide_move));
+                }
+                const double mean = mean_of_smallest(distances, p.n_neighbors);
+                const size_t triple = (j * s + a - 1) * s + b - 1;
+                if (each)
+                    std::copy_n(distances.begin(), p.n_neighbors, out + triple * p.n_neighbors);
+                else
+                    out[triple] = mean;
+                if (b == 1) row_guesses = guesses;
+            }
+            if (a == 1) frame_guesses = row_guesses;
+        }
+    }
+}
+
+RETIME_WIDE void conditional_rows(const JointProblem& p, const double* moves, const int64_t* nearest, size_t begin, size_t end, double* out) {
+    const size_t n = p.n_numbers, s = p.max_skip, wide = padded(2 * n);
+    std::vector<double> move(wide, 0.0), distances(p.n_neighbors);
+    for (size_t j = begin; j < end; ++j)
+        for (size_t a = 1; a <= s && a <= j; ++a)
+            for (size_t b = 1; b <= s && j + b < p.n_input; ++b) {
+                movement(p, j - a, j, j + b, move.data());
+                for (size_t m = 0; m < p.n_neighbors; ++m)
+                    distances[m] = std::sqrt(squared_distance(move.data(), moves + nearest[j * p.n_neighbors + m] * wide, wide));
+                out[(j * s + a - 1) * s + b - 1] = mean_of_smallest(distances, p.n_neighbors);
+            }
+}
+
 }  // namespace
 
 void joint_scores(const JointProblem& p, const Products& products, size_t begin, size_t end, int n_threads, bool each, double* out) {
-    const auto reference = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, 0, 3 * p.n_numbers);
-    in_threads(begin, end, n_threads, [&](size_t from, size_t to) { joint_rows(p, products, reference.data(), from, to, each, out); });
+    const auto poses = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, 0, p.n_numbers);
+    const auto moves = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, p.n_numbers, 2 * p.n_numbers);
+    in_threads(begin, end, n_threads, [&](size_t from, size_t to) { joint_rows(p, products, poses.data(), moves.data(), from, to, each, out); });
 }
 
 void conditional_scores(const JointProblem& p, const int64_t* nearest, int n_threads, double* out) {
-    const size_t n = p.n_numbers, s = p.max_skip, wide = padded(2 * n);
-    const auto reference = pad_rows(p.reference, p.n_reference, 3 * n, n, 2 * n);
-    in_threads(0, p.n_input, n_threads, [&](size_t begin, size_t end) {
-        std::vector<double> y(3 * n), move(wide, 0.0), distances(p.n_neighbors);
-        for (size_t j = begin; j < end; ++j)
-            for (size_t a = 1; a <= s && a <= j; ++a)
-                for (size_t b = 1; b <= s && j + b < p.n_input; ++b) {
-                    feature(p, j - a, j, j + b, y.data());
-                    std::copy_n(y.data() + n, 2 * n, move.data());
-                    for (size_t m = 0; m < p.n_neighbors; ++m)
-                        distances[m] = exact_distance(move.data(), reference.data() + nearest[j * p.n_neighbors + m] * wide, wide);
-                    std::sort(distances.begin(), distances.end());
-                    double sum = 0.0;
-                    for (const double distance : distances) sum += distance;
-                    out[(j * s + a - 1) * s + b - 1] = sum / static_cast<double>(p.n_neighbors);
-                }
-    });
+    const auto moves = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, p.n_numbers, 2 * p.n_numbers);
+    in_threads(0, p.n_input, n_threads, [&](size_t from, size_t to) { conditional_rows(p, moves.data(), nearest, from, to, out); });
 }
 
 }  // namespace retime

@@ -13,12 +13,16 @@ struct JointProblem {
     double velocity, acceleration;  // factors of first and second differences
 };
 
+// Reference frames are padded to a multiple of this in the products.
+constexpr size_t kProductsPadding = 16;
+
 // Products that find candidates, in single precision, for input frames [first, first + n_rows) of the problem:
 //   half |y^ - z^|^2 = half |y^|^2 + here[j, l] - after[k, l] - before[i, l].
 struct Products {
     const float* here;
     const float* after;
     const float* before;
+    size_t stride;         // from one row of any of them to the next: 3 times n_reference, padded
     const double* slack;  // (n_rows, 3): each frame's share, as here, after, before, of the error bound
     double reference_slack;
     size_t first, n_rows;

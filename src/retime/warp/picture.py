@@ -5,14 +5,13 @@ from __future__ import annotations
 import html
 import itertools
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retime.warp.curve import Warp
-
 if TYPE_CHECKING:
-    from retime.warp.session import GuidedWarp
+    from retime.warp.curve import Warp
 
 _WIDTH, _HEIGHT, _LEFT, _TOP = 330, 170, 44, 24
 _TICKS = {0.1: "1/10", 0.25: "1/4", 0.5: "1/2", 1.0: "1", 2.0: "2", 4.0: "4", 10.0: "10"}
@@ -44,24 +43,13 @@ def warp_html(warp: Warp) -> str:
     return f'<div style="display:flex;gap:16px;flex-wrap:wrap">{speed.svg()}{time_map.svg()}</div>'
 
 
-def guided_html(result: GuidedWarp) -> str:
-    """Return a picture of a guided warp, with its numbers."""
-    facts = {
-        "n_input": result.n_input,
-        "n_output": result.n_output,
-        "n_reference": result.n_reference,
-        "max_skip": result.max_skip,
-        "upsample": result.upsample,
-        "rate": f"{result.rate:g} Hz",
-        "total": f"{result.total:.6g}",
-        "optimal": "proved" if result.path.optimal else "no",
-        "seconds": f"{sum(result.seconds.values()):.3f}",
-    }
+def facts_html(facts: Mapping[str, object]) -> str:
+    """Return names and values on one line."""
     cells = "".join(
         f'<span style="margin-right:14px"><b>{name}</b> {html.escape(str(value))}</span>'
         for name, value in facts.items()
     )
-    return f'{warp_html(result.warp)}<div style="font:12px sans-serif">{cells}</div>'
+    return f'<div style="font:12px sans-serif">{cells}</div>'
 
 
 def _thinned(n_knots: int, most: int = 600) -> np.ndarray:

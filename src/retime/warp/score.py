@@ -13,7 +13,7 @@ import numpy as np
 
 from retime.errors import OptionError
 from retime.kernels import Backend, FloatArray, IntArray, backend
-from retime.kernels.numpy_backend import mean_in_order, nearest_poses, squared_distances
+from retime.kernels.numpy_backend import feature_distances, mean_in_order, nearest_poses, squared_distances
 from retime.warp.features import difference_scales, timing_features
 
 SCORES = ("joint", "conditional")
@@ -224,7 +224,7 @@ def matched_frames(
     for start in range(0, len(features), block):
         part = slice(start, min(start + block, len(features)))
         if near is None:
-            every = np.sqrt(squared_distances(features[part, None], model.features)) / model.weights
+            every = feature_distances(features[part, None], model.features) / model.weights
             order = np.argsort(every, axis=1, kind="stable")[:, :n_neighbors]
             rows[part], distances[part] = order, np.take_along_axis(every, order, axis=1)
         else:

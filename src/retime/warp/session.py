@@ -31,6 +31,7 @@ from retime.warp.features import low_pass as low_passed
 from retime.warp.features import pose_vectors, sample
 from retime.warp.keytimes import Reduction, as_keytimes, knots_of_path, reduce_to_compression
 from retime.warp.path import FramePath, shortest_path
+from retime.warp.picture import facts_html, warp_html
 from retime.warp.score import Model, build_model, triple_scores
 from retime.warp.spline import spline_warp
 
@@ -154,9 +155,18 @@ class GuidedWarp:
         )
 
     def _repr_html_(self) -> str:
-        from retime.warp.picture import guided_html
-
-        return guided_html(self)
+        facts = {
+            "n_input": self.n_input,
+            "n_output": self.n_output,
+            "n_reference": self.n_reference,
+            "max_skip": self.max_skip,
+            "upsample": self.upsample,
+            "rate": f"{self.rate:g} Hz",
+            "total": f"{self.total:.6g}",
+            "optimal": "proved" if self.path.optimal else "no",
+            "seconds": f"{sum(self.seconds.values()):.3f}",
+        }
+        return warp_html(self.warp) + facts_html(facts)
 
 
 class Session:
