@@ -181,6 +181,14 @@ class TestFlights:
         assert flights(self.stick(-0.4 * np.linspace(0, 1, 300))) == []
         assert flights(self.stick(self.hop(120, 1.0, 0.5, 3.0))) == []
 
+    def test_dropping_into_a_crouch_is_none(self) -> None:
+        # The hip and the head fall freely for a quarter of a second, the foot stays.
+        fall = -GRAVITY / 2 * np.clip(np.arange(360) / 120 - 1, 0, 0.25) ** 2
+        motion = self.stick(fall)
+        translations = motion.local_translations.copy()
+        translations[:, 2, 1] -= fall
+        assert flights(Motion(motion.skeleton, motion.rotations, translations, motion.rate, metres_per_unit=1.0)) == []
+
     def test_being_lifted_is_none(self) -> None:
         # Up a metre and down again within 2 s, smoothly: off the ground, but not falling freely.
         times = np.arange(360) / 120

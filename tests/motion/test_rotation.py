@@ -174,7 +174,7 @@ class TestSlerp:
         q = rotation.about_axis(2, 1.0)
         assert_same_rotations(rotation.slerp(q, -q, [0.25, 0.5]), np.stack([q, q]), 1e-15)
 
-    @pytest.mark.parametrize("angle", [3.1, 1.0, 1e-3, 1e-7, 1e-9, 1e-12])
+    @pytest.mark.parametrize("angle", [3.1, 1.0, 8e-3, 1e-3, 1e-7, 1e-9, 1e-12])
     def test_turns_at_a_constant_speed_however_slow(self, angle: float) -> None:
         fractions = np.linspace(0, 1, 11)
         found = rotation.slerp(rotation.about_axis(1, 0.0), rotation.about_axis(1, angle), fractions)
