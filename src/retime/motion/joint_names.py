@@ -20,15 +20,15 @@ Key = TypeVar("Key")
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_]+")
 _SIDES = {"left": "left", "l": "left", "right": "right", "r": "right"}
 _OTHER_SIDE = {"left": "right", "right": "left", "": ""}
-# What rigs put before every name: mixamorig:Hips, Bip01 L Thigh, DEF-thigh.L, CC_Base_L_Thigh, J_Bip_L_UpperLeg.
-_RIG_WORDS = {"mixamorig", "bip", "biped", "valvebiped", "def", "org", "cc", "base", "character", "j"}
+# What rigs put before every name: mixamorig:Hips, Bip01 L Thigh, DEF-thigh.L, CC_Base_L_Thigh, J_Bip_C_Hips.
+_RIG_WORDS = {"mixamorig", "bip", "biped", "valvebiped", "def", "org", "cc", "base", "character", "j", "c"}
 
 # Each part, and what it is called. The joint is meant, not the bone: the forearm begins at the elbow.
 _SIDED_PARTS = {
     "thigh": "thigh upleg upperleg femur",
     "shin": "shin lowerleg loleg tibia calf knee",
     "foot": "foot ankle",
-    "toes": "toes toe toebase ball",
+    "toes": "toes toe toe0 toebase ball",
     "collar": "collar clavicle",
     "upper arm": "arm upperarm uparm humerus shldr",
     "forearm": "forearm lowerarm loarm radius elbow",
