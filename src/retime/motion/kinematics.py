@@ -184,6 +184,5 @@ def flights(motion: Motion, *, clearance: float = 0.05, minimum: float = 0.1) ->
     free = (lowest - ground > clearance) & (acceleration < -GRAVITY / 2)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(np.int8), [0]])))
     return [
-        (int(start), int(stop) - 1) for start, stop in edges.reshape(-1, 2) if stop - start >= max(2.0, minimum *
-        rate)
+        (int(start), int(stop) - 1) for start, stop in edges.reshape(-1, 2) if stop - start >= max(2.0, minimum * rate)
     ]
