@@ -48,7 +48,7 @@ class Backend(Protocol):
         velocity: float,
         acceleration: float,
     ) -> FloatArray:
-        """Score triples by the motion of given reference frames (n_input, n_neighbors): (n_input, max_skip, max_skip)."""
+        """Score triples by the motion of given reference frames (n_input, n_neighbors); shape as above."""
 
     def layered_path(self, problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
         """Find the best path by the layered recurrence: frames and total, or None where there is none."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from retime.warp.control import Lock
+from retime.warp.features import PoseOptions
 from retime.warp.keytimes import as_keytimes
+from retime.warp.reference import Reference
 from retime.warp.session import (
     DEFAULT_LOW_PASS,
     DEFAULT_MAX_SKIP,
@@ -20,10 +21,6 @@ from retime.warp.session import (
     GuidedWarp,
     Session,
 )
-
-if TYPE_CHECKING:
-    from retime.warp.features import PoseOptions
-    from retime.warp.reference import Reference
 
 __all__ = [
     "DEFAULT_LOW_PASS",

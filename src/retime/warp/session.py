@@ -12,7 +12,6 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,17 +26,13 @@ from retime.warp import control
 from retime.warp.control import BoolArray, Lock
 from retime.warp.curve import Keytime, Warp, add_times, blend
 from retime.warp.explain import Explanation, explain_path
-from retime.warp.features import low_pass as low_passed
-from retime.warp.features import pose_vectors, sample
+from retime.warp.features import PoseOptions
 from retime.warp.keytimes import Reduction, as_keytimes, knots_of_path, reduce_to_compression
 from retime.warp.path import FramePath, shortest_path
 from retime.warp.picture import facts_html, warp_html
+from retime.warp.reference import Reference, model_poses
 from retime.warp.score import Model, build_model, triple_scores
 from retime.warp.spline import spline_warp
-
-if TYPE_CHECKING:
-    from retime.warp.features import PoseOptions
-    from retime.warp.reference import Reference
 
 Clip = Motion | Signal
 
@@ -201,7 +196,10 @@ class Session:
         self.motion = self.clips[0]
         self.itself = reference is None or reference is motion
         self.n_neighbors, self.time_scale, self.low_pass, self.score = n_neighbors, time_scale, low_pass, score
-        self._tracks, references = _analyse(self.clips, None if self.itself else reference, features, rate)
+        poses = model_poses(
+            self.clips, () if self.itself else _as_references(reference, len(self.clips), rate), features
+        )
+        self._tracks, references = poses.input, poses.references
         self.references = tuple(track.name for track in references)
         sampled = [track.at_rate(self.rate, low_pass) for track in references]
         self.n_reference = sum(len(poses) for poses in sampled)
@@ -500,7 +498,9 @@ def _with_feasible(
     return merged
 
 
-def as_clips(motion: Clip | ArrayLike | Sequence[Clip], rate: float | str | None = None) -> tuple[Clip, ...]:
+def as_clips(
+    motion: Clip | ArrayLike | Sequence[Clip | Reference] | None, rate: float | str | None = None
+) -> tuple[Clip, ...]:
     """Take a motion, a signal, an array of numbers, or several clips that move together.
 
     Parameters
@@ -518,7 +518,7 @@ def as_clips(motion: Clip | ArrayLike | Sequence[Clip], rate: float | str | None
     if isinstance(motion, Motion | Signal):
         return (motion,)
     if isinstance(motion, Sequence) and motion and all(isinstance(clip, Motion | Signal) for clip in motion):
-        return tuple(motion)  # type: ignore[arg-type]
+        return tuple(clip for clip in motion if isinstance(clip, Motion | Signal))
     values = np.asarray(motion, dtype=np.float64)
     if values.ndim == 1:
         values = values[:, None]
@@ -527,6 +527,20 @@ def as_clips(motion: Clip | ArrayLike | Sequence[Clip], rate: float | str | None
     if rate is None:
         raise OptionError("an array of numbers needs its rate: guided_warp(array, rate=30)")
     return (Signal(tuple(f"c{i}" for i in range(values.shape[1])), values, parse_rate(rate), name="array"),)
+
+
+def _as_references(
+    reference: Clip | ArrayLike | Reference | Sequence[Clip | Reference] | None,
+    n_clips: int,
+    rate: float | str | None,
+) -> list[Reference]:
+    """Tell one reference from several: for a group of clips, that many plain clips are one reference."""
+    if isinstance(reference, Reference):
+        return [reference]
+    if isinstance(reference, Sequence) and any(isinstance(one, Reference) for one in reference):
+        return [one if isinstance(one, Reference) else Reference(as_clips(one, rate)) for one in reference]
+    clips = as_clips(reference, rate)
+    return [Reference(clips)] if n_clips > 1 else [Reference(clip) for clip in clips]
 
 
 def smooth_steps(steps: Warp, window: float, rate: float, *, loop: bool = False) -> Warp:
@@ -547,29 +561,3 @@ class Clock:
         now = time.perf_counter()
         lap, self._last = now - self._last, now
         return lap
-
-
-class _Interim:
-    def __init__(self, clips, space, name="", weight=1.0):
-        self.parts = [(pose_vectors(c, space), c.rate) for c in clips]
-        self.name, self.weight, self.duration = name, weight, clips[0].duration
-
-    def at(self, times, cutoff):
-        return np.concatenate([sample(low_passed(v, r, cutoff), r, times) for v, r in self.parts], axis=1)
-
-    def at_rate(self, rate, cutoff):
-        return self.at(np.arange(int(np.floor(self.duration * rate + 1e-6)) + 1) / rate, cutoff)
-
-
-def _analyse(clips, reference, features, rate):
-    tracks = _Interim(clips, features, clips[0].name)
-    if reference is None:
-        return tracks, [tracks]
-    refs = reference if isinstance(reference, (list, tuple)) else [reference]
-    out = []
-    for r in refs:
-        (r,) = as_clips(r, rate)
-        if isinstance(r, Motion) != isinstance(clips[0], Motion):
-            raise OptionError("input and reference must both be motions, or both be signals")
-        out.append(_Interim([r], features, r.name))
-    return tracks, out
