@@ -313,37 +313,52 @@ def fit_skeletons(rest: RestPose, reference: RestPose, pairs: Sequence[tuple[int
         raise OptionError("the matched joints all rest in one place, so the skeletons' sizes can't be compared")
     size = float(np.linalg.norm(rest.positions[[joint for joint, _ in pairs]], axis=1).mean())
 
-    stretches, places = [], {0: np.zeros(3)}
+    stretches = []
     for joint, other in sorted(pairs, key=lambda pair: _depth(rest, pair[0])):
         if joint == 0:
             continue
         start, reference_start, length, reference_length, offset = walks[joint]
-        here = reference.positions[other]
         if start < 0:
             stretches.append(Stretch(joint, other, -1, -1, scale))
-            places[joint] = scale * (here - reference.positions[base])
         elif reference_length * scale < _NOTHING * size:
             stretches.append(Stretch(joint, other, start, reference_start, 0.0, offset))
-            places[joint] = places[start]
         else:
-            ratio = length / reference_length
-            stretches.append(Stretch(joint, other, start, reference_start, ratio))
-            places[joint] = places[start] + ratio * (here - reference.positions[reference_start])
+            stretches.append(Stretch(joint, other, start, reference_start, length / reference_length))
 
     weights = np.array([walks[joint][2] for joint, _ in pairs])
     if 0 in partner:
         # The root has no bone of its own.
         weights[0] = weights[1:].mean()
-    turn, shift = _align(
-        np.array([places.get(joint, np.zeros(3)) for joint, _ in pairs]),
-        rest.positions[[joint for joint, _ in pairs]],
-        weights,
-        shifted=0 not in partner,
-    )
+    turn = rotation.identity()
+    # Stretches of no length are turned by what is sought: a few rounds settle it.
+    for _ in range(8 if any(part.offset is not None for part in stretches) else 1):
+        places = _rest_places(stretches, reference, base, turn)
+        turn, shift = _align(
+            np.array([places[joint] for joint, _ in pairs]),
+            rest.positions[[joint for joint, _ in pairs]],
+            weights,
+            shifted=0 not in partner,
+        )
     leg = min((joint for joint, _ in pairs), key=lambda joint: rest.positions[joint, 1])
     leg_length, reference_leg = rest.stretch(leg, ())[1], reference.stretch(partner[leg], {base})[1]
     root_scale = leg_length / reference_leg if 0 in partner and leg_length > 0 and reference_leg > 0 else scale
     return SkeletonFit(base, scale, root_scale, turn, shift, tuple(stretches), size)
+
+
+def _rest_places(
+    stretches: Sequence[Stretch], reference: RestPose, base: int, turn: FloatArray
+) -> dict[int, FloatArray]:
+    """Rest positions of the reference with the input's lengths, in the reference's own axes."""
+    places: dict[int, FloatArray] = {0: np.zeros(3)}
+    for part in stretches:
+        here = reference.positions[part.reference_joint]
+        if part.start < 0:
+            places[part.joint] = part.ratio * (here - reference.positions[base])
+        elif part.offset is None:
+            places[part.joint] = places[part.start] + part.ratio * (here - reference.positions[part.reference_start])
+        else:
+            places[part.joint] = places[part.start] + rotation.rotate(rotation.conjugate(turn), part.offset)
+    return places
 
 
 def _depth(rest: RestPose, joint: int) -> int:
@@ -427,7 +442,7 @@ def upright_turn(fit: SkeletonFit, input_rotations: FloatArray, reference_rotati
     k = int(np.argmax(np.abs(at_rest)))
     axis = np.sign(at_rest[k]) * np.eye(3)[k]
     moving = rotation.rotate(reference_rotations, at_rest).mean(axis=0)
-    if (k == 1 and axis[1] > 0) or moving @ axis <= abs(moving[1]) + 0.25:
+    if moving @ axis < max(0.5, moving[1] + 0.25):
         return rotation.identity()
     half = np.concatenate([[1.0 + axis[1]], np.cross(axis, _UP)])
     return rotation.normalize(half) if axis[1] > -0.5 else np.array([0.0, 1.0, 0.0, 0.0])
