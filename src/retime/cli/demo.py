@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.resources
 import importlib.util
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -55,8 +54,7 @@ def command(*, out: Path, force: bool) -> None:
 
     stages = Stages()
     with stages.stage("read", "reading"):
-        sample = importlib.resources.files("retime").joinpath("data/sample.bvh").read_bytes()
-        write_bytes(places["sample.bvh"], sample, overwrite=force)
+        write_bytes(places["sample.bvh"], _sample(), overwrite=force)
         motion = read(places["sample.bvh"])
     assert isinstance(motion, Motion)
     with stages.stage("search", "searching"):
@@ -78,6 +76,13 @@ def command(*, out: Path, force: bool) -> None:
         say(f"wrote {place}")
     if not pictures:
         say("No picture: that needs matplotlib, pip install 'retime[plot]'.")
+
+
+def _sample() -> bytes:
+    """Return the clip that comes with retime."""
+    import importlib.resources
+
+    return importlib.resources.files("retime").joinpath("data/sample.bvh").read_bytes()
 
 
 def _say_what_was_kept(motion: Motion, linear: Warp, guided: Warp) -> None:
