@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -26,6 +26,7 @@ from tests.motion.walkers import built, moved, resting, walker, walker_skeleton
 SKELETON = walker_skeleton()
 EVERY = [(joint, joint) for joint in range(SKELETON.n_joints)]
 PARTNERS = [partner for partner in mirror_partners(SKELETON.names) if partner is not None]
+few = settings(max_examples=25)
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -37,6 +38,7 @@ def random_skeleton(seed: int) -> Skeleton:
     return Skeleton(SKELETON.names, SKELETON.parents, random_offsets(seed))
 
 
+@few
 @given(seeds, quaternions(), st.floats(0.01, 100))
 def test_a_turned_and_scaled_rest_pose_is_turned_and_scaled_back(seed, turn, scale) -> None:
     rest = RestPose.of(random_skeleton(seed))
@@ -48,6 +50,7 @@ def test_a_turned_and_scaled_rest_pose_is_turned_and_scaled_back(seed, turn, sca
     assert all(part.ratio == pytest.approx(1 / scale, rel=1e-9) for part in fit.stretches)
 
 
+@few
 @given(seeds, seeds, seeds)
 def test_no_turn_brings_the_rest_poses_nearer(seed, other_seed, turn_seed) -> None:
     # The stretches between matched joints have the input's lengths; only then the rest poses are compared.
@@ -83,6 +86,7 @@ def test_arms_that_rest_otherwise_do_not_turn_the_body(arms) -> None:
     assert angle < 0.5, angle
 
 
+@few
 @given(seeds, quaternions(4, SKELETON.n_joints))
 def test_a_body_of_other_proportions_takes_the_same_poses(seed, rotations) -> None:
     motion = Motion(SKELETON, rotations)
@@ -156,6 +160,7 @@ def test_rest_poses_that_say_too_little_are_refused(offsets, message) -> None:
         fit_skeletons(rest, rest, [(joint, joint) for joint in range(4)])
 
 
+@few
 @given(quaternions(3, SKELETON.n_joints), seeds)
 def test_a_mirror_image_is_the_motion_of_a_mirrored_skeleton(rotations, seed) -> None:
     # Forward kinematics by hand: every joint stands at its mirrored offset from its parent.
@@ -171,6 +176,7 @@ def test_a_mirror_image_is_the_motion_of_a_mirrored_skeleton(rotations, seed) ->
         np.testing.assert_allclose(poses.positions[:, joint], expected, atol=1e-9)
 
 
+@few
 @given(quaternions(3, SKELETON.n_joints))
 def test_a_mirror_image_of_a_mirror_image_is_the_motion(rotations) -> None:
     poses = global_poses(Motion(SKELETON, rotations))

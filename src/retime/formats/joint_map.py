@@ -23,7 +23,8 @@ from retime.formats.text_lines import count_line_ends, without_byte_order_mark
 
 _LINE_END = re.compile(r"\r\n?|\n")
 _SPACE = re.compile(r"[ \t\r\n]*")
-_STRING = re.compile(r'"(?:[^"\\\x00-\x1f]|\\(?:["\\/bfnrt]|u[0-9a-fA-F]{4}))*"')
+# Possessive: a string as long as the file must not cost a way back for each of its characters.
+_STRING = re.compile(r'"(?:[^"\\\x00-\x1f]++|\\(?:["\\/bfnrt]|u[0-9a-fA-F]{4}))*+"')
 _HEADING = ["input", "reference"]
 
 
