@@ -100,7 +100,7 @@ def near_names(name: str, names: Iterable[str]) -> str:
     Examples
     --------
     >>> near_names("leftfoot", ["LeftFoot", "RightFoot", "Head"])
-    "; near to it: 'LeftFoot', 'RightFoot'"
+    "; near to it: 'LeftFoot'"
     """
     by_lower: dict[str, str] = {}
     for known in names:
