@@ -26,10 +26,11 @@ MAY_IMPORT = {
     "warp": {"motion", "kernels"},
     # A saved warp is a file too; its value is all that formats may know of the search.
     "formats": {"motion", "warp.curve"},
+    "data": {"motion", "formats"},
     "media": {"motion", "warp", "formats"},
-    "evaluate": {"motion", "warp", "formats"},
+    "evaluate": {"motion", "warp", "formats", "data"},
     "project": {"motion", "warp", "formats"},
-    "cli": {"motion", "warp", "formats", "kernels", "media", "evaluate", "project"},
+    "cli": {"motion", "warp", "formats", "kernels", "media", "evaluate", "project", "data"},
     "server": {"motion", "warp", "formats", "media", "evaluate", "project"},
     "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
 }

@@ -1,11 +1,12 @@
 """Guided time warping for motion editing: new timing for a motion, its poses untouched.
 
 Read and write
-    `read`, `write`, `read_warp`, `write_warp`, `Limits`
+    `sample` (the clip that ships with retime), `read`, `write`, `read_warp`, `write_warp`, `Limits`
 What moves
     `Motion`, `Signal`, `Skeleton`, `EndSite`
 Find a warp
-    `guided_warp` (the one call most people need), `GuidedWarp`, `linear_warp`, `spline_warp`, `Keytime`
+    `guided_warp` (the one call most people need), `GuidedWarp`, `Session` (solve again and again),
+    `Reference`, `PoseOptions`, `Lock`, `Keytime`, `linear_warp`, `spline_warp`
 Use a warp
     `Warp`, `apply_warp`
 Look at it
@@ -20,6 +21,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from retime.data import sample
     from retime.errors import (
         FormatError,
         FormatWarning,
@@ -39,8 +41,12 @@ if TYPE_CHECKING:
     from retime.motion.signal import Signal
     from retime.motion.skeleton import EndSite, Skeleton
     from retime.warp.apply import apply_warp
+    from retime.warp.control import Lock
     from retime.warp.curve import Keytime, Warp
+    from retime.warp.features import PoseOptions
     from retime.warp.guided import GuidedWarp, guided_warp
+    from retime.warp.reference import Reference
+    from retime.warp.session import Session
     from retime.warp.spline import linear_warp, spline_warp
 
 # Imported when first used: `retime info` should not wait for the search, nor the search for the plots.
@@ -54,6 +60,7 @@ _HOMES = {
     "OutputExistsError": "retime.errors",
     "RetimeError": "retime.errors",
     "RetimeWarning": "retime.errors",
+    "sample": "retime.data",
     "plot_warps": "retime.evaluate.plot",
     "Limits": "retime.formats.options",
     "read": "retime.formats.registry",
@@ -68,6 +75,10 @@ _HOMES = {
     "Keytime": "retime.warp.curve",
     "Warp": "retime.warp.curve",
     "GuidedWarp": "retime.warp.guided",
+    "Lock": "retime.warp.control",
+    "PoseOptions": "retime.warp.features",
+    "Reference": "retime.warp.reference",
+    "Session": "retime.warp.session",
     "guided_warp": "retime.warp.guided",
     "linear_warp": "retime.warp.spline",
     "spline_warp": "retime.warp.spline",
@@ -83,12 +94,16 @@ __all__ = [
     "InvalidMotionError",
     "Keytime",
     "Limits",
+    "Lock",
     "MissingExtraError",
     "Motion",
     "OptionError",
     "OutputExistsError",
+    "PoseOptions",
+    "Reference",
     "RetimeError",
     "RetimeWarning",
+    "Session",
     "Signal",
     "Skeleton",
     "Warp",
@@ -98,6 +113,7 @@ __all__ = [
     "plot_warps",
     "read",
     "read_warp",
+    "sample",
     "spline_warp",
     "write",
     "write_warp",
