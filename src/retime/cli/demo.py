@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -54,7 +55,7 @@ def command(*, out: Path, force: bool) -> None:
 
     stages = Stages()
     with stages.stage("read", "reading"):
-        write_bytes(places["sample.bvh"], _sample(), overwrite=force)
+        write_bytes(places["sample.bvh"], _shipped("sample.bvh"), overwrite=force)
         motion = read(places["sample.bvh"])
     assert isinstance(motion, Motion)
     with stages.stage("search", "searching"):
@@ -70,7 +71,7 @@ def command(*, out: Path, force: bool) -> None:
             warps = {"linear": linear, "guided": found.warp}
             plot_warps(warps, motion=motion, path=places[name], title="sample", overwrite=force)
 
-    _say_what_was_kept(motion, linear, found.warp)
+    _say_what_was_kept(motion, json.loads(_shipped("sample_phases.json")), linear, found.warp)
     say("")
     for place in places.values():
         say(f"wrote {place}")
@@ -78,26 +79,33 @@ def command(*, out: Path, force: bool) -> None:
         say("No picture: that needs matplotlib, pip install 'retime[plot]'.")
 
 
-def _sample() -> bytes:
-    """Return the clip that comes with retime."""
+def _shipped(name: str) -> bytes:
+    """Read a file of the sample that comes with retime."""
     import importlib.resources
 
-    return importlib.resources.files("retime").joinpath("data/sample.bvh").read_bytes()
+    return importlib.resources.files("retime").joinpath("data", name).read_bytes()
 
 
-def _say_what_was_kept(motion: Motion, linear: Warp, guided: Warp) -> None:
-    """Print how long each kind of movement lasts in the input, and in the output by either warp."""
-    from retime.cli.summary import InputSpan, flight_spans, idle_spans, output_seconds
+def _say_what_was_kept(motion: Motion, phases: list[dict[str, Any]], linear: Warp, guided: Warp) -> None:
+    """Print how long each phase lasts in the input, and in the output by either warp."""
+    from retime.cli.summary import InputSpan, flight_spans, flights_text, idle_spans, output_seconds
 
-    whole = InputSpan(0.0, motion.duration)
-    flights = [(f"flight at {span.start:.2f} s", [span]) for span in flight_spans(motion)]
-    idle = idle_spans(motion)
-    rows = [*flights, (f"standing still ({len(idle)} times)", idle), ("the whole clip", [whole])]
-    say(f"{'':26}{'input':>9}{'linear':>9}{'guided':>9}   (seconds)")
+    rate = float(motion.rate)
+    rows = []
+    for phase in phases:
+        # A phase ends where the next one begins; the last one with the clip.
+        end = min((phase["last_frame"] + 1) / rate, motion.duration)
+        rows.append((phase["name"], [InputSpan(phase["first_frame"] / rate, end)]))
+    rows += [("standing still, in all", idle_spans(motion)), ("the whole clip", [InputSpan(0.0, motion.duration)])]
+    say(f"The sample at {LENGTH} of its length: seconds in the input, and in the output by either warp\n")
+    say(f"{'':22}{'input':>8}{'linear':>8}{'guided':>8}")
     for label, spans in rows:
         times = [
             sum(span.seconds for span in spans),
             sum(output_seconds(linear, span) for span in spans),
             sum(output_seconds(guided, span) for span in spans),
         ]
-        say(f"{label:26}" + "".join(f"{seconds:9.2f}" for seconds in times))
+        say(f"{label:22}" + "".join(f"{seconds:8.2f}" for seconds in times))
+    flights = flight_spans(motion)
+    say(f"\nflights, linear: {flights_text(linear, flights)}")
+    say(f"flights, guided: {flights_text(guided, flights)}")
