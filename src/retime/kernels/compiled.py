@@ -14,7 +14,7 @@ from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kerne
 
 _BLOCK_BYTES = 96 << 20
 # kProductsPadding in scores.hpp.
-_PADDING = 16
+_PADDING = 64
 
 
 def n_threads() -> int:

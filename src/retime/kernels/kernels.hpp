@@ -5,13 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-// Wide SIMD chosen when the program starts, where the compiler and the platform can do that. The clones differ in width only:
-// sums are written in a fixed order and never contracted, so their results don't.
-#if defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && (defined(__GNUC__) && !defined(__clang__))
-#define RETIME_WIDE __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#else
-#define RETIME_WIDE
-#endif
+#include "simd.hpp"
 
 namespace retime {
 

@@ -11,6 +11,8 @@
 
 #include "layered.hpp"
 
+#include "extend.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,6 +26,23 @@ struct Band {
     int64_t low, high;  // frames, both included
     size_t size() const { return high < low ? 0 : static_cast<size_t>(high - low + 1); }
 };
+
+RETIME_INLINE void advance_body(const double* scores, int64_t s, const Band& here, const Band& there, const double* cost, double* next, uint8_t* won) {
+    std::vector<double> best(s);
+    std::vector<uint8_t> step(s);
+    for (int64_t j = here.low; j <= here.high; ++j) {
+        extend(s, cost + (j - here.low) * s, scores + j * s * s, best.data(), step.data());
+        for (int64_t b = 1; b <= s; ++b) {
+            const int64_t k = j + b;
+            if (k >= there.low && k <= there.high) next[(k - there.low) * s + b - 1] = best[b - 1];
+        }
+        if (won) std::copy(step.begin(), step.end(), won + (j - here.low) * s);
+    }
+}
+
+RETIME_VERSIONS(void, advance,
+                (const double* scores, int64_t s, const Band& here, const Band& there, const double* cost, double* next, uint8_t* won),
+                (scores, s, here, there, cost, next, won))
 
 class Layers {
   public:
@@ -55,30 +74,9 @@ class Layers {
     }
 
     // From layer p to p + 1. won: the step a of the best path into each (j, b), 0 where there is none.
-    RETIME_WIDE void advance(int64_t p, const std::vector<double>& cost, std::vector<double>& next, uint8_t* won) const {
-        const Band &here = bands_[p], &there = bands_[p + 1];
-        next.assign(there.size() * s_, kInf);
-        std::vector<double> best(s_);
-        std::vector<uint8_t> step(s_);
-        for (int64_t j = here.low; j <= here.high; ++j) {
-            const double* c = cost.data() + (j - here.low) * s_;
-            const double* f = scores_ + j * s_ * s_;
-            for (int64_t b = 0; b < s_; ++b) best[b] = kInf, step[b] = 0;
-            for (int64_t a = 0; a < s_; ++a) {
-                if (c[a] == kInf) continue;
-                for (int64_t b = 0; b < s_; ++b) {
-                    const double total = c[a] + f[a * s_ + b];
-                    const bool better = total < best[b];
-                    best[b] = better ? total : best[b];
-                    step[b] = better ? static_cast<uint8_t>(a + 1) : step[b];
-                }
-            }
-            for (int64_t b = 1; b <= s_; ++b) {
-                const int64_t k = j + b;
-                if (k >= there.low && k <= there.high) next[(k - there.low) * s_ + b - 1] = best[b - 1];
-            }
-            if (won) std::copy(step.begin(), step.end(), won + (j - here.low) * s_);
-        }
+    void advance(int64_t p, const std::vector<double>& cost, std::vector<double>& next, uint8_t* won) const {
+        next.assign(states(p + 1), kInf);
+        RETIME_CALL(advance, scores_, s_, bands_[p], bands_[p + 1], cost.data(), next.data(), won);
     }
 
   private:

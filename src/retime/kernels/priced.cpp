@@ -16,6 +16,8 @@
 
 #include "priced.hpp"
 
+#include "extend.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,45 +26,6 @@ namespace retime {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-// best[b] = min over a of cost[a] + f[a][b], the smaller a in a tie; step[b] = that a, 0 where all are inf.
-template <int kSteps>
-inline void extend_fixed(const double* cost, const double* f, double* best, uint8_t* step) {
-    double least[kSteps];
-    double from[kSteps];
-    for (int b = 0; b < kSteps; ++b) least[b] = kInf, from[b] = 0.0;
-    for (int a = 0; a < kSteps; ++a)
-        for (int b = 0; b < kSteps; ++b) {
-            const double total = cost[a] + f[a * kSteps + b];
-            const bool better = total < least[b];
-            least[b] = better ? total : least[b];
-            from[b] = better ? static_cast<double>(a + 1) : from[b];
-        }
-    for (int b = 0; b < kSteps; ++b) best[b] = least[b], step[b] = static_cast<uint8_t>(from[b]);
-}
-
-inline void extend_any(int64_t s, const double* cost, const double* f, double* best, uint8_t* step) {
-    std::fill(best, best + s, kInf);
-    std::fill(step, step + s, uint8_t{0});
-    for (int64_t a = 0; a < s; ++a) {
-        if (cost[a] == kInf) continue;
-        for (int64_t b = 0; b < s; ++b) {
-            const double total = cost[a] + f[a * s + b];
-            if (total < best[b]) best[b] = total, step[b] = static_cast<uint8_t>(a + 1);
-        }
-    }
-}
-
-inline void extend(int64_t s, const double* cost, const double* f, double* best, uint8_t* step) {
-    if (s == 8)
-        extend_fixed<8>(cost, f, best, step);
-    else if (s == 4)
-        extend_fixed<4>(cost, f, best, step);
-    else if (s == 16)
-        extend_fixed<16>(cost, f, best, step);
-    else
-        extend_any(s, cost, f, best, step);
-}
 
 struct Spans {
     explicit Spans(const PathProblem& p) : s(static_cast<int64_t>(p.max_skip)), n(static_cast<int64_t>(p.n_input)) {
@@ -94,7 +57,7 @@ struct Sweep {
     double priced = kInf;
 };
 
-RETIME_WIDE void sweep(const PathProblem& p, const Spans& spans, const std::vector<double>& price, Sweep& out) {
+RETIME_INLINE void sweep_body(const PathProblem& p, const Spans& spans, const std::vector<double>& price, Sweep& out) {
     const int64_t s = spans.s, n = spans.n;
     out.value.assign(n * s, kInf);
     out.won.resize(n * s);
@@ -135,7 +98,7 @@ RETIME_WIDE void sweep(const PathProblem& p, const Spans& spans, const std::vect
 }
 
 // Least priced cost from every vertex to the end.
-RETIME_WIDE void to_go(const PathProblem& p, const Spans& spans, const std::vector<double>& price, std::vector<double>& out) {
+RETIME_INLINE void to_go_body(const PathProblem& p, const Spans& spans, const std::vector<double>& price, std::vector<double>& out) {
     const int64_t s = spans.s, n = spans.n;
     out.assign(n * s, kInf);
     for (int64_t a = 1; a <= s; ++a) out[(n - 1) * s + a - 1] = p.end_cost[a - 1];
@@ -190,7 +153,7 @@ struct Pass {
     Path path;
 };
 
-RETIME_WIDE Pass carry_labels(const PathProblem& p, const Spans& spans, const std::vector<double>& price, const std::vector<double>& go, double owed,
+RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const Spans& spans, const std::vector<double>& price, const std::vector<double>& go, double owed,
                   double limit, size_t max_labels) {
     // owed: the prices of all steps that the bound has paid for; a label survives while cost + price so far + to go - owed <= limit.
     const int64_t s = spans.s, n = spans.n;
@@ -265,12 +228,20 @@ RETIME_WIDE Pass carry_labels(const PathProblem& p, const Spans& spans, const st
     return pass;
 }
 
+RETIME_VERSIONS(void, sweep, (const PathProblem& p, const Spans& spans, const std::vector<double>& price, Sweep& out), (p, spans, price, out))
+RETIME_VERSIONS(void, to_go, (const PathProblem& p, const Spans& spans, const std::vector<double>& price, std::vector<double>& out),
+                (p, spans, price, out))
+RETIME_VERSIONS(Pass, carry_labels,
+                (const PathProblem& p, const Spans& spans, const std::vector<double>& price, const std::vector<double>& go, double owed, double limit,
+                 size_t max_labels),
+                (p, spans, price, go, owed, limit, max_labels))
+
 }  // namespace
 
 Path free_path(const PathProblem& p) {
     const Spans spans(p);
     Sweep best;
-    sweep(p, spans, std::vector<double>(spans.count, 0.0), best);
+    RETIME_CALL(sweep, p, spans, std::vector<double>(spans.count, 0.0), best);
     Path path;
     path.found = best.priced < kInf;
     if (!path.found) return path;
@@ -302,7 +273,7 @@ PricedPath priced_path(const PathProblem& p, size_t max_labels) {
     int stalled = 0;
     double ceiling = kInf;
     for (int round = 0; round < 60; ++round) {
-        sweep(p, spans, price, now);
+        RETIME_CALL(sweep, p, spans, price, now);
         ++result.sweeps;
         if (!(now.priced < kInf)) return result;
         double dual = now.priced;
@@ -355,14 +326,14 @@ PricedPath priced_path(const PathProblem& p, size_t max_labels) {
     for (size_t k = 0; k < count; ++k) owed += best_price[k] * static_cast<double>(best_price[k] > 0 ? most[k] : least[k]);
     result.lower_bound = bound;
     std::vector<double> go;
-    to_go(p, spans, best_price, go);
+    RETIME_CALL(to_go, p, spans, best_price, go);
 
     // Rounding in sums of n terms; also keeps every path that ties with the best.
     const double size = std::abs(bound) + std::abs(owed);
     const double slack = 1e-11 * size + 1e-290;
     double gap = 2e-6 * std::abs(bound) + 4 * slack;
     for (;; gap *= 8) {
-        Pass pass = carry_labels(p, spans, best_price, go, owed, bound + gap, max_labels);
+        Pass pass = RETIME_CALL(carry_labels, p, spans, best_price, go, owed, bound + gap, max_labels);
         ++result.passes;
         result.labels = pass.labels;
         if (pass.overflow) {

@@ -15,16 +15,19 @@
 #include <limits>
 #include <thread>
 
+#if RETIME_X86
+#include <immintrin.h>
+#endif
+
 namespace retime {
 namespace {
 
 constexpr size_t kLanes = 32;
-constexpr size_t kPart = kProductsPadding;
-constexpr size_t kBlock = 8 * kPart;
+constexpr size_t kBlock = kProductsPadding;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
 // Sum of squared differences; n is a multiple of kLanes. Lane l holds the terms l, l + 32, ...; then halves are added: 16, 8, 4, 2, 1.
-inline __attribute__((always_inline)) double squared_distance(const double* __restrict a, const double* __restrict b, size_t n) {
+RETIME_INLINE double squared_distance(const double* __restrict a, const double* __restrict b, size_t n) {
     alignas(64) double sum[kLanes] = {};
     for (size_t d = 0; d < n; d += kLanes)
         for (size_t lane = 0; lane < kLanes; ++lane) {
@@ -62,7 +65,7 @@ class Nearest {
     explicit Nearest(size_t n) : n_(n) { smallest_.reserve(n + 1); }
 
     // `guesses` are rows of a triple close by: their values here bound the n-th smallest from above before the scan begins.
-    inline __attribute__((always_inline)) void start(float slack, const std::vector<int32_t>& guesses, const float* row, const float* other) {
+    RETIME_INLINE void start(float slack, const std::vector<int32_t>& guesses, const float* row, const float* other) {
         slack2_ = 2 * slack;
         limit_ = kFar;
         rows_.clear();
@@ -76,7 +79,7 @@ class Nearest {
 
     float limit() const { return limit_; }
 
-    inline __attribute__((always_inline)) void add(float value, int32_t row) {
+    RETIME_INLINE void add(float value, int32_t row) {
         rows_.push_back(row);
         values_.push_back(value);
         rank(value);
@@ -84,7 +87,7 @@ class Nearest {
     }
 
     // Forget rows that the limit has come down past.
-    inline __attribute__((always_inline)) const std::vector<int32_t>& rows() {
+    RETIME_INLINE const std::vector<int32_t>& rows() {
         size_t kept = 0;
         for (size_t i = 0; i < rows_.size(); ++i)
             if (values_[i] <= limit_) rows_[kept++] = rows_[i];
@@ -93,7 +96,7 @@ class Nearest {
     }
 
   private:
-    inline __attribute__((always_inline)) void rank(float value) {
+    RETIME_INLINE void rank(float value) {
         if (smallest_.size() == n_) {
             if (!(value < smallest_.back())) return;
             smallest_.pop_back();
@@ -113,31 +116,57 @@ class Nearest {
     std::vector<float> values_, smallest_;
 };
 
-// Give the rows with row[l] - other[l] within the limit to `nearest`, which lowers it on the way. n is a multiple of kPart; the padding
+// Give the rows with row[l] - other[l] within the limit to `nearest`, which lowers it on the way. n is a multiple of kBlock; the padding
 // of `row` is not a number, so it is never within.
-inline __attribute__((always_inline)) void scan(const float* __restrict row, const float* __restrict other, size_t n, Nearest& nearest) {
+void scan_plain(const float* __restrict row, const float* __restrict other, size_t n, Nearest& nearest) {
     for (size_t start = 0; start < n; start += kBlock) {
         const float limit = nearest.limit();
-        const size_t stop = std::min(start + kBlock, n);
-        if (stop - start == kBlock) {
-            int32_t hits = 0;
-            for (size_t l = 0; l < kBlock; ++l) hits += row[start + l] - other[start + l] <= limit;
-            if (hits == 0) continue;
-        }
-        for (size_t part = start; part < stop; part += kPart) {
-            int32_t hits = 0;
-            for (size_t l = 0; l < kPart; ++l) hits += row[part + l] - other[part + l] <= limit;
-            if (hits == 0) continue;
-            for (size_t l = part; l < part + kPart; ++l) {
-                const float value = row[l] - other[l];
-                if (value <= nearest.limit()) nearest.add(value, static_cast<int32_t>(l));
-            }
+        int32_t hits = 0;
+        for (size_t l = start; l < start + kBlock; ++l) hits += row[l] - other[l] <= limit;
+        if (hits == 0) continue;
+        for (size_t l = start; l < start + kBlock; ++l) {
+            const float value = row[l] - other[l];
+            if (value <= nearest.limit()) nearest.add(value, static_cast<int32_t>(l));
         }
     }
 }
 
+#if RETIME_X86
+RETIME_INLINE void add_hits(uint64_t hits, size_t start, const float* row, const float* other, Nearest& nearest) {
+    for (; hits; hits &= hits - 1) {
+        const size_t l = start + static_cast<size_t>(__builtin_ctzll(hits));
+        const float value = row[l] - other[l];
+        if (value <= nearest.limit()) nearest.add(value, static_cast<int32_t>(l));
+    }
+}
+
+RETIME_AVX2 void scan_avx2(const float* __restrict row, const float* __restrict other, size_t n, Nearest& nearest) {
+    for (size_t start = 0; start < n; start += kBlock) {
+        const __m256 limit = _mm256_set1_ps(nearest.limit());
+        uint64_t hits = 0;
+        for (size_t part = 0; part < kBlock; part += 8) {
+            const __m256 value = _mm256_sub_ps(_mm256_loadu_ps(row + start + part), _mm256_loadu_ps(other + start + part));
+            hits |= static_cast<uint64_t>(static_cast<uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(value, limit, _CMP_LE_OQ)))) << part;
+        }
+        add_hits(hits, start, row, other, nearest);
+    }
+}
+
+RETIME_AVX512 void scan_avx512(const float* __restrict row, const float* __restrict other, size_t n, Nearest& nearest) {
+    for (size_t start = 0; start < n; start += kBlock) {
+        const __m512 limit = _mm512_set1_ps(nearest.limit());
+        uint64_t hits = 0;
+        for (size_t part = 0; part < kBlock; part += 16) {
+            const __m512 value = _mm512_sub_ps(_mm512_loadu_ps(row + start + part), _mm512_loadu_ps(other + start + part));
+            hits |= static_cast<uint64_t>(_mm512_cmp_ps_mask(value, limit, _CMP_LE_OQ)) << part;
+        }
+        add_hits(hits, start, row, other, nearest);
+    }
+}
+#endif
+
 // The movement of a triple, [v (y_k - y_i), w ((y_k - y_j) - (y_j - y_i))]; the order of operations is the NumPy backend's.
-inline __attribute__((always_inline)) void movement(const JointProblem& p, size_t i, size_t j, size_t k, double* __restrict out) {
+RETIME_INLINE void movement(const JointProblem& p, size_t i, size_t j, size_t k, double* __restrict out) {
     const size_t n = p.n_numbers;
     const double* __restrict yi = p.input + i * n;
     const double* __restrict yj = p.input + j * n;
@@ -148,7 +177,7 @@ inline __attribute__((always_inline)) void movement(const JointProblem& p, size_
 }
 
 // Put the n smallest first, in order, and average them.
-inline __attribute__((always_inline)) double mean_of_smallest(std::vector<double>& distances, size_t n) {
+RETIME_INLINE double mean_of_smallest(std::vector<double>& distances, size_t n) {
     double sum = 0.0;
     for (size_t m = 0; m < n; ++m) {
         size_t least = m;
@@ -159,8 +188,9 @@ inline __attribute__((always_inline)) double mean_of_smallest(std::vector<double
     return sum / static_cast<double>(n);
 }
 
-RETIME_WIDE void joint_rows(const JointProblem& p, const Products& products, const double* poses, const double* moves, size_t begin, size_t end,
-                            bool each, double* out) {
+template <typename Scan>
+RETIME_INLINE void joint_rows_body(const JointProblem& p, const Products& products, const double* poses, const double* moves, size_t begin, size_t end,
+                            bool each, double* out, Scan scan) {
     const size_t s = p.max_skip, r = p.n_reference, n = p.n_numbers, wide = padded(n), wide_move = padded(2 * n);
     const size_t r_wide = products.stride / 3;
     std::vector<float> row(r_wide, std::numeric_limits<float>::quiet_NaN());
@@ -209,7 +239,7 @@ RETIME_WIDE void joint_rows(const JointProblem& p, const Products& products, con
     }
 }
 
-RETIME_WIDE void conditional_rows(const JointProblem& p, const double* moves, const int64_t* nearest, size_t begin, size_t end, double* out) {
+RETIME_INLINE void conditional_rows_body(const JointProblem& p, const double* moves, const int64_t* nearest, size_t begin, size_t end, double* out) {
     const size_t n = p.n_numbers, s = p.max_skip, wide = padded(2 * n);
     std::vector<double> move(wide, 0.0), distances(p.n_neighbors);
     for (size_t j = begin; j < end; ++j)
@@ -222,17 +252,38 @@ RETIME_WIDE void conditional_rows(const JointProblem& p, const double* moves, co
             }
 }
 
+void joint_rows_plain(const JointProblem& p, const Products& products, const double* poses, const double* moves, size_t begin, size_t end, bool each,
+                      double* out) {
+    joint_rows_body(p, products, poses, moves, begin, end, each, out, scan_plain);
+}
+
+#if RETIME_X86
+RETIME_AVX2 void joint_rows_avx2(const JointProblem& p, const Products& products, const double* poses, const double* moves, size_t begin, size_t end,
+                                 bool each, double* out) {
+    joint_rows_body(p, products, poses, moves, begin, end, each, out, scan_avx2);
+}
+
+RETIME_AVX512 void joint_rows_avx512(const JointProblem& p, const Products& products, const double* poses, const double* moves, size_t begin, size_t end,
+                                     bool each, double* out) {
+    joint_rows_body(p, products, poses, moves, begin, end, each, out, scan_avx512);
+}
+#endif
+
+RETIME_VERSIONS(void, conditional_rows,
+                (const JointProblem& p, const double* moves, const int64_t* nearest, size_t begin, size_t end, double* out),
+                (p, moves, nearest, begin, end, out))
+
 }  // namespace
 
 void joint_scores(const JointProblem& p, const Products& products, size_t begin, size_t end, int n_threads, bool each, double* out) {
     const auto poses = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, 0, p.n_numbers);
     const auto moves = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, p.n_numbers, 2 * p.n_numbers);
-    in_threads(begin, end, n_threads, [&](size_t from, size_t to) { joint_rows(p, products, poses.data(), moves.data(), from, to, each, out); });
+    in_threads(begin, end, n_threads, [&](size_t from, size_t to) { RETIME_CALL(joint_rows, p, products, poses.data(), moves.data(), from, to, each, out); });
 }
 
 void conditional_scores(const JointProblem& p, const int64_t* nearest, int n_threads, double* out) {
     const auto moves = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, p.n_numbers, 2 * p.n_numbers);
-    in_threads(0, p.n_input, n_threads, [&](size_t from, size_t to) { conditional_rows(p, moves.data(), nearest, from, to, out); });
+    in_threads(0, p.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(conditional_rows, p, moves.data(), nearest, from, to, out); });
 }
 
 }  // namespace retime

@@ -14,7 +14,7 @@ struct JointProblem {
 };
 
 // Reference frames are padded to a multiple of this in the products.
-constexpr size_t kProductsPadding = 16;
+constexpr size_t kProductsPadding = 64;
 
 // Products that find candidates, in single precision, for input frames [first, first + n_rows) of the problem:
 //   half |y^ - z^|^2 = half |y^|^2 + here[j, l] - after[k, l] - before[i, l].
