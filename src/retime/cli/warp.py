@@ -10,41 +10,55 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed, retimed
+from retime.cli.control_options import ControlOptions, control_options, parse_any_length
 from retime.cli.outputs import check_format, check_outputs, check_plot
 from retime.cli.search_options import search_options
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import Stages, say, say_json, say_table
 from retime.errors import OptionError
 from retime.motion.rate import parse_rate
-from retime.motion.timecode import parse_length, parse_time
+from retime.motion.timecode import parse_frame_range, parse_speed, parse_time
 
 if TYPE_CHECKING:
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
     from retime.warp.curve import Warp
     from retime.warp.guided import GuidedWarp
+    from retime.warp.reference import Reference
 
-Key = tuple[str, str]
-
-
-def _length(text: str) -> str:
-    """Refuse what is no length for any clip; what it means depends on the clip."""
-    try:
-        parse_length(text, 10_000_000, Fraction(240))
-    except OptionError:
-        raise OptionError(f"expected a length above 0, such as 65%, 9.3s or 280f, found {text!r}") from None
-    return text
+Key = tuple[str, str] | tuple[str, str, float]
 
 
 def _key(text: str) -> Key:
-    """Split a keytime at its sign; refuse what is no time."""
-    input_time, sign, output_time = text.partition("=")
+    """Split a keytime at its signs; refuse what is no time."""
+    input_time, sign, rest = text.partition("=")
+    output_time, at, speed = rest.partition("@")
     if not sign:
         raise OptionError(f"expected input time = output time, such as 2.5=1.8 or 300f=0:01.800, found {text!r}")
     for time in (input_time, output_time):
         if parse_time(time, Fraction(30)) < 0:
             raise OptionError(f"input and output begin at time 0, found {text!r}")
-    return input_time, output_time
+    return (input_time, output_time, parse_speed(speed)) if at else (input_time, output_time)
+
+
+def _also(text: str) -> tuple[Path, Path]:
+    """Split another clip of the group from its output."""
+    clip, sign, output = text.partition("=")
+    if not (sign and clip and output):
+        raise OptionError(
+            f"expected another clip and its output, such as camera.csv=camera_retimed.csv, found {text!r}"
+        )
+    return Path(clip), Path(output)
+
+
+def _reference_weight(text: str) -> float:
+    try:
+        weight = float(text)
+    except ValueError:
+        weight = 0.0
+    if not 0 < weight < float("inf"):
+        raise OptionError(f"expected a weight above 0, found {text!r}")
+    return weight
 
 
 @dataclass(frozen=True)
@@ -53,8 +67,9 @@ class _Request:
 
     clip: Path
     clip_options: ClipOptions
-    reference: Path | None
-    reference_frames: str | None
+    reference: tuple[Path, ...]
+    reference_frames: tuple[str, ...]
+    reference_weight: tuple[float, ...]
     reference_fps: Fraction | None
     length: str | None
     keys: tuple[Key, ...]
@@ -62,27 +77,54 @@ class _Request:
     output: Path | None
     save: Path | None
     plot: Path | None
+    explain: Path | None
+    also: tuple[tuple[Path, Path], ...]
+    group: bool
     average: bool
     force: bool
     search: dict[str, Any]
+    control: ControlOptions
 
     def check(self) -> None:
         """Refuse, before anything is read, what can't end well."""
         if self.method != "guided":
             useless = [f"--{'neighbors' if name == 'n_neighbors' else name.replace('_', '-')}" for name in self.search]
-            useless = ["--reference"] * (self.reference is not None) + useless
+            useless += self.control.names_given()
+            useless = ["--reference"] * bool(self.reference) + ["--explain"] * (self.explain is not None) + useless
             if useless:
                 raise OptionError(
                     f"{', '.join(useless)} would have no effect: there is no search with --method {self.method}"
                 )
-        for option, value in (("--reference-frames", self.reference_frames), ("--reference-fps", self.reference_fps)):
-            if value is not None and self.reference is None:
+            if self.length == "free":
+                raise OptionError(f"a free length needs a search; --method {self.method} has none")
+        for option, given in (
+            ("--reference-fps", self.reference_fps is not None),
+            ("--reference-weight", bool(self.reference_weight)),
+            ("--joint-map", self.control.joint_map is not None),
+        ):
+            if given and not self.reference:
                 raise OptionError(f"{option} needs --reference")
+        for option, values in (
+            ("--reference-frames", self.reference_frames),
+            ("--reference-weight", self.reference_weight),
+        ):
+            # Frames with no reference are frames of the clip itself.
+            expected = len(self.reference) or 1
+            if len(values) not in (0, expected):
+                raise OptionError(
+                    f"{option} is given {len(values)} times, for {expected} references: once for each, or not"
+                )
+        if self.group and not self.also:
+            raise OptionError("--group finds one warp on several clips: name the others with --also CLIP=OUT")
+        if self.group and self.reference:
+            raise OptionError("--group moves like itself: it can't be combined with --reference")
         skeletons = [] if self.clip_options.skeleton is None else [self.clip_options.skeleton]
-        inputs = [self.clip, *skeletons] + ([] if self.reference is None else [self.reference])
-        check_outputs(
-            {"--output": self.output, "--save": self.save, "--plot": self.plot}, inputs=inputs, force=self.force
-        )
+        inputs = [self.clip, *skeletons, *self.reference, *(clip for clip, _ in self.also)]
+        outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
+        outputs |= {f"--also {clip}": place for clip, place in self.also}
+        check_outputs(outputs, inputs=inputs, force=self.force)
+        for clip, place in self.also:
+            check_format(place, like=clip)
         if self.output is not None:
             check_format(self.output, like=self.clip)
         if self.plot is not None:
@@ -116,16 +158,28 @@ _EXAMPLES = (
     section="Reference",
     metavar="CLIP",
     type=PATH,
+    multiple=True,
     default_text="the clip itself",
-    help="Imitate the timing of this clip, of the same joints or channels; --skeleton, --repair and --decimal-comma "
-    "hold for it too.",
+    help="Imitate the timing of this clip; repeat for more. Joints are matched by name; --skeleton, --repair and "
+    "--decimal-comma hold for it too.",
 )
 @click.option(
     "--reference-frames",
     cls=Option,
     section="Reference",
     metavar="A:B",
-    help="Frames of the reference, as its file numbers them.",
+    multiple=True,
+    help="Frames of the reference (of the clip itself, where there is no other), as its file numbers them.",
+)
+@click.option(
+    "--reference-weight",
+    cls=Option,
+    section="Reference",
+    metavar="W",
+    callback=parsed(_reference_weight),
+    multiple=True,
+    default_text="1",
+    help="Let the reference look W times as near; one for each reference.",
 )
 @click.option(
     "--reference-fps",
@@ -140,19 +194,20 @@ _EXAMPLES = (
     cls=Option,
     section="Keytimes",
     metavar="L",
-    callback=parsed(_length),
+    callback=parsed(parse_any_length),
     default_text="as the input",
-    help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate).",
+    help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate), or free: the search finds it.",
 )
 @click.option(
     "--key",
     "keys",
     cls=Option,
     section="Keytimes",
-    metavar="IN=OUT",
+    metavar="IN=OUT[@SPEED]",
     callback=parsed(_key),
     multiple=True,
-    help="Show input time IN at output time OUT (2.5, 120f or mm:ss.mmm from the first frame used); repeat for more.",
+    help="Show input time IN at output time OUT (2.5, 120f or mm:ss.mmm from the first frame used), at this playback "
+    "speed where one is given; repeat for more. Equal input times hold, decreasing ones run backward.",
 )
 @click.option(
     "--method",
@@ -165,6 +220,7 @@ _EXAMPLES = (
     help="guided: search for a natural warp. linear, spline: only join the keytimes.",
 )
 @search_options
+@control_options
 @click.option(
     "-o",
     "--output",
@@ -189,6 +245,30 @@ _EXAMPLES = (
     metavar="FILE",
     type=PATH,
     help="Draw the warp beside linear, and spline where there are keys (.svg, .png).",
+)
+@click.option(
+    "--explain",
+    cls=Option,
+    section="Output",
+    metavar="FILE.csv",
+    type=PATH,
+    help="Write for each output frame its score, the reference frames that it was matched with, and what was binding.",
+)
+@click.option(
+    "--also",
+    cls=Option,
+    section="Output",
+    metavar="CLIP=OUT",
+    callback=parsed(_also),
+    multiple=True,
+    help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
+)
+@click.option(
+    "--group",
+    cls=Option,
+    section="Output",
+    is_flag=True,
+    help="Find the warp on all clips together, not on CLIP alone.",
 )
 @click.option(
     "--no-average",
@@ -229,21 +309,31 @@ def command(*, as_json: bool, quiet: bool, **given: Any) -> None:
 
 def _run(request: _Request, stages: Stages) -> _Outcome:
     # Heavy imports wait until something is to be done.
+    from retime.formats.files import write_bytes
     from retime.formats.registry import write
     from retime.formats.warp_file import write_warp
     from retime.warp.apply import output_frame_times
 
     with stages.stage("read", "reading"):
         clip = request.clip_options.read(request.clip)
-        reference = _read_reference(request)
+        others = [(request.clip_options.read(other), place) for other, place in request.also]
+        references = _read_references(request, clip)
     with stages.stage("search", "searching"):
-        warp, search = _find(request, clip, reference)
+        warp, search = _find(request, [clip, *(other for other, _ in others)], references)
         warp = replace(warp, name=clip.name)
     if request.output is not None:
         with stages.stage("apply", "resampling"):
             result = retimed(clip, warp, average=request.average)
         with stages.stage("write", "writing"):
             write(result, request.output, overwrite=request.force)
+    for other, place in others:
+        with stages.stage("apply", "resampling"):
+            result = retimed(other, warp, average=request.average)
+        with stages.stage("write", "writing"):
+            write(result, place, overwrite=request.force)
+    if request.explain is not None and search is not None:
+        with stages.stage("write", "writing"):
+            write_bytes(request.explain, search.explain().to_csv().encode(), overwrite=request.force)
     if request.save is not None:
         with stages.stage("write", "writing"):
             write_warp(warp, request.save, overwrite=request.force)
@@ -254,29 +344,55 @@ def _run(request: _Request, stages: Stages) -> _Outcome:
     return _Outcome(clip, warp, search, n_output_frames, stages)
 
 
-def _read_reference(request: _Request) -> Motion | Signal | None:
-    if request.reference is None:
-        return None
-    options = request.clip_options
-    return ClipOptions(
-        frames=request.reference_frames,
-        fps=request.reference_fps,
-        skeleton=options.skeleton,
-        repair=options.repair,
-        decimal_comma=options.decimal_comma,
-    ).read(request.reference)
+def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference]:
+    """Read what is to be imitated; nothing, where that is the clip as a whole."""
+    from retime.warp.reference import Reference
+
+    options, control = request.clip_options, request.control
+    if not request.reference and not request.reference_frames and not control.mirror:
+        return []
+    joint_map = {}
+    if control.joint_map is not None:
+        from retime.formats.joint_map import read_joint_map
+
+        joint_map = read_joint_map(control.joint_map)
+    found = []
+    frames = request.reference_frames or (None,) * max(1, len(request.reference))
+    weights = request.reference_weight or (1.0,) * len(frames)
+    for i, (span, weight) in enumerate(zip(frames, weights, strict=True)):
+        if request.reference:
+            motion = ClipOptions(
+                frames=span,
+                fps=request.reference_fps,
+                skeleton=options.skeleton,
+                repair=options.repair,
+                decimal_comma=options.decimal_comma,
+            ).read(request.reference[i])
+        else:
+            start, stop = parse_frame_range(span or ":", clip.n_frames, clip.first_frame)
+            motion = clip.frames(start, stop)
+        found.append(Reference(motion, weight=weight, mirror=control.mirror, joint_map=joint_map))
+    return found
 
 
 def _find(
-    request: _Request, clip: Motion | Signal, reference: Motion | Signal | None
+    request: _Request, clips: list[Motion | Signal], references: list[Reference]
 ) -> tuple[Warp, GuidedWarp | None]:
     """Find the warp by the method asked for."""
     from retime.warp.guided import as_keytimes, guided_warp
     from retime.warp.keytimes import check_keytimes
     from retime.warp.spline import linear_warp, spline_warp
 
+    clip = clips[0]
     if request.method == "guided":
-        search = guided_warp(clip, reference=reference, length=request.length, keys=request.keys, **request.search)
+        options = request.search | request.control.arguments(clip.rate, request.search.get("features"))
+        search = guided_warp(
+            clips if request.group else clip,
+            reference=references or None,
+            length=request.length,
+            keys=request.keys,
+            **options,
+        )
         return search.warp, search
     keytimes = check_keytimes(as_keytimes(clip, request.length, request.keys), clip.duration)
     if request.method == "linear":
@@ -307,7 +423,9 @@ def _document(request: _Request, outcome: _Outcome) -> dict[str, Any]:
     return {
         "method": request.method,
         "input": str(request.clip),
-        "reference": None if request.reference is None else str(request.reference),
+        "reference": str(request.reference[0])
+        if len(request.reference) == 1
+        else [str(r) for r in request.reference] or None,
         "input_frames": outcome.clip.n_frames,
         "input_rate": float(outcome.clip.rate),
         "output_frames": outcome.n_output_frames,
@@ -320,11 +438,16 @@ def _document(request: _Request, outcome: _Outcome) -> dict[str, Any]:
         "rate": None if search is None else search.rate,
         "upsample": None if search is None else search.upsample,
         "total": None if search is None else search.total,
+        "lower_bound": None if search is None else search.path.lower_bound,
+        "optimal": None if search is None else search.path.optimal,
+        "excess": None if search is None else search.excess,
         "path": None if search is None else search.path.frames.tolist(),
         "seconds": seconds,
         "output": None if request.output is None else str(request.output),
         "warp": None if request.save is None else str(request.save),
         "plot": None if request.plot is None else str(request.plot),
+        "explain": None if request.explain is None else str(request.explain),
+        "also": [str(place) for _, place in request.also],
     }
 
 
@@ -355,9 +478,12 @@ def _say_summary(request: _Request, outcome: _Outcome) -> None:
     spans = summary.flight_spans(clip)
     if spans:
         rows.append(("flights", summary.flights_text(outcome.warp if search is None else search.steps, spans)))
-    rows += [("wrote", str(place)) for place in (request.output, request.save, request.plot) if place is not None]
+    if search is not None and search.excess is not None:
+        rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
+    places = [request.output, *(place for _, place in request.also), request.save, request.plot, request.explain]
+    rows += [("wrote", str(place)) for place in places if place is not None]
     say_table(rows)
-    if request.output is request.save is request.plot is None:
+    if not any(places):
         say(
             "Nothing was written. To keep the result: -o OUT (the retimed clip), --save WARP.json (the warp), "
             "--plot WARP.svg (a picture)."

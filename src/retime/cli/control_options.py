@@ -1,0 +1,306 @@
+"""The options that shape the timing beyond keytimes, as one argument."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from retime.cli.clip_options import PATH, parsed
+from retime.cli.sections import Option
+from retime.errors import OptionError
+from retime.motion.timecode import parse_length, parse_speeds, parse_time
+
+if TYPE_CHECKING:
+    from retime.warp.control import Lock
+
+# Any rate serves to see whether a text is a time.
+_SOME_RATE = Fraction(30)
+
+
+def parse_any_length(text: str) -> str:
+    """Refuse what is no length for any clip; what it means depends on the clip."""
+    if text == "free":
+        return text
+    try:
+        parse_length(text, 10_000_000, Fraction(240))
+    except OptionError:
+        raise OptionError(f"expected a length above 0, such as 65%, 9.3s, 280f or free, found {text!r}") from None
+    return text
+
+
+@dataclass(frozen=True)
+class LockText:
+    """A span of input time and its speeds, as written."""
+
+    start: str
+    end: str
+    slowest: float
+    fastest: float
+
+    def at(self, rate: Fraction) -> Lock:
+        """Read the times, now that the clip's rate is known."""
+        from retime.warp.control import Lock
+
+        return Lock(parse_time(self.start, rate), parse_time(self.end, rate), self.slowest, self.fastest)
+
+
+def _span(text: str) -> tuple[str, str]:
+    start, dots, end = text.partition("..")
+    if not dots:
+        raise OptionError(f"expected a span of input time such as 2.1..3.4 or 60f..90f, found {text!r}")
+    for time in (start, end):
+        parse_time(time, _SOME_RATE)
+    return start, end
+
+
+def _lock(text: str) -> LockText:
+    span, sign, speeds = text.partition("=")
+    return LockText(*_span(span), *(parse_speeds(speeds) if sign else (1.0, 1.0)))
+
+
+def _kept(text: str) -> LockText:
+    return LockText(*_span(text), 0.0, 1.0)
+
+
+def _influence(text: str) -> float | list[tuple[str, float]]:
+    """Read a number, or a curve ``T=V,T=V,...`` over output time."""
+    if "=" not in text:
+        return _share(text)
+    curve = []
+    for pair in text.split(","):
+        time, _, value = pair.partition("=")
+        parse_time(time, _SOME_RATE)
+        curve.append((time, _share(value)))
+    return curve
+
+
+def _share(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value <= 1:
+        raise OptionError(f"expected a number from 0 to 1, found {text!r}")
+    return value
+
+
+def _weight(text: str) -> tuple[str, float]:
+    name, _, value = text.rpartition("=")
+    try:
+        weight = float(value)
+    except ValueError:
+        weight = -1.0
+    if not name or not 0 <= weight < float("inf"):
+        raise OptionError(f"expected a joint's weight such as LeftHand=2, found {text!r}")
+    return name, weight
+
+
+_OPTIONS = (
+    click.option(
+        "--min-length",
+        cls=Option,
+        section="Keytimes",
+        metavar="L",
+        callback=parsed(parse_any_length),
+        help="With --length free: no shorter than this.",
+    ),
+    click.option(
+        "--max-length",
+        cls=Option,
+        section="Keytimes",
+        metavar="L",
+        callback=parsed(parse_any_length),
+        help="With --length free: no longer than this.",
+    ),
+    click.option(
+        "--free-weight",
+        cls=Option,
+        section="Keytimes",
+        metavar="NAME",
+        type=click.Choice(["neutral", "sum"]),
+        default_text="neutral",
+        help="With --length free: weigh both clocks alike, or the paper's plain sum, which favours short results.",
+    ),
+    click.option(
+        "--lock",
+        "locks",
+        cls=Option,
+        section="Control",
+        metavar="A..B[=SPEED]",
+        callback=parsed(_lock),
+        multiple=True,
+        help="Play input time A to B at this speed (2, 1/2), or within a range of speeds (1/2..1); 1 where left out.",
+    ),
+    click.option(
+        "--keep",
+        cls=Option,
+        section="Control",
+        metavar="A..B",
+        callback=parsed(_kept),
+        multiple=True,
+        help="Don't cut input time A to B: it may be slowed down, not sped up.",
+    ),
+    click.option(
+        "--speed",
+        cls=Option,
+        section="Control",
+        metavar="LO..HI",
+        callback=parsed(parse_speeds),
+        help="Slowest and fastest playback speed, such as 1/4..8; sets upsample and max_skip.",
+    ),
+    click.option(
+        "--smoothness",
+        cls=Option,
+        section="Control",
+        metavar="W",
+        type=click.FloatRange(min=0),
+        default_text="0",
+        help="Weight on changes of log-speed, in median scores.",
+    ),
+    click.option(
+        "--influence",
+        cls=Option,
+        section="Control",
+        metavar="V",
+        callback=parsed(_influence),
+        default_text="1",
+        help="From 0 (spline through the keytimes) to 1 (guided), or a curve over output time: 0s=0,2s=1.",
+    ),
+    click.option(
+        "--loop",
+        cls=Option,
+        section="Control",
+        is_flag=True,
+        help="The clip is a cycle and stays one: first and last speed agree.",
+    ),
+    click.option(
+        "--score",
+        cls=Option,
+        section="Method",
+        metavar="NAME",
+        type=click.Choice(["joint", "conditional"]),
+        default_text="joint",
+        help="joint: the paper's. conditional: how the reference moves where its pose is like this.",
+    ),
+    click.option(
+        "--search",
+        "kind",
+        cls=Option,
+        section="Method",
+        metavar="NAME",
+        type=click.Choice(["priced", "layered", "heuristic"]),
+        default_text="priced",
+        help="priced, layered: exact. heuristic: the paper's, from coarse to fine; its excess is reported.",
+    ),
+    click.option(
+        "--joints",
+        cls=Option,
+        section="Method",
+        metavar="A,B,...",
+        help="Look at these joints (or channels) only.",
+    ),
+    click.option(
+        "--joint-weight",
+        "weights",
+        cls=Option,
+        section="Method",
+        metavar="JOINT=W",
+        callback=parsed(_weight),
+        multiple=True,
+        help="Let a joint (or channel) count W times; repeat for more.",
+    ),
+    click.option(
+        "--joint-map",
+        cls=Option,
+        section="Reference",
+        metavar="FILE",
+        type=PATH,
+        help="Which joint of the reference is which of the clip's, where names don't say it (.json, .csv).",
+    ),
+    click.option(
+        "--mirror",
+        cls=Option,
+        section="Reference",
+        is_flag=True,
+        help="Imitate the reference's mirror image too.",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class ControlOptions:
+    """The options that were given; what was not is None or empty."""
+
+    min_length: str | None = None
+    max_length: str | None = None
+    free_weight: str | None = None
+    locks: tuple[LockText, ...] = ()
+    keep: tuple[LockText, ...] = ()
+    speed: tuple[float, float] | None = None
+    smoothness: float | None = None
+    influence: float | list[tuple[str, float]] | None = None
+    loop: bool = False
+    score: str | None = None
+    kind: str | None = None
+    joints: str | None = None
+    weights: tuple[tuple[str, float], ...] = ()
+    joint_map: Path | None = None
+    mirror: bool = False
+
+    def names_given(self) -> list[str]:
+        """Return the options that were given, for messages."""
+        flags = {"kind": "--search", "locks": "--lock", "weights": "--joint-weight"}
+        return [
+            flags.get(name, f"--{name.replace('_', '-')}")
+            for name in self.__dataclass_fields__
+            if getattr(self, name) not in (None, (), False)
+        ]
+
+    def arguments(self, rate: Fraction, features: str | None) -> dict[str, Any]:
+        """Return what `guided_warp` calls them; what was not given is left to it."""
+        given: dict[str, Any] = {
+            "min_length": self.min_length,
+            "max_length": self.max_length,
+            "free_weight": self.free_weight,
+            "speed": self.speed,
+            "smoothness": self.smoothness,
+            "score": self.score,
+            "search": self.kind,
+        }
+        found = {name: value for name, value in given.items() if value is not None}
+        locks = [lock.at(rate) for lock in (*self.locks, *self.keep)]
+        if locks:
+            found["locks"] = locks
+        if self.loop:
+            found["loop"] = True
+        if self.influence is not None:
+            found["influence"] = (
+                [(parse_time(time, rate), value) for time, value in self.influence]
+                if isinstance(self.influence, list)
+                else self.influence
+            )
+        if self.joints is not None or self.weights:
+            from retime.warp.features import PoseOptions
+
+            joints = None if self.joints is None else tuple(name.strip() for name in self.joints.split(","))
+            found["features"] = PoseOptions(space=features, joints=joints, weights=dict(self.weights))
+        return found
+
+
+def control_options(function: Callable[..., None]) -> Callable[..., None]:
+    """Add the options to a command, which gets them as one argument ``control``."""
+
+    @functools.wraps(function)
+    def packed(**given: Any) -> None:
+        control = ControlOptions(**{name: given.pop(name) for name in ControlOptions.__dataclass_fields__})
+        function(control=control, **given)
+
+    for option in reversed(_OPTIONS):
+        packed = option(packed)
+    return packed
