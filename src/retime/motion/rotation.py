@@ -27,13 +27,16 @@ def identity(*shape: int) -> FloatArray:
 def normalize(q: ArrayLike) -> FloatArray:
     """Scale quaternions (..., 4) to unit length; raise ZeroDivisionError where one has no direction."""
     q = np.asarray(q, dtype=np.float64)
-    # By a power of two first, which is exact: the squares of very long or short ones would overflow or vanish.
-    _, exponent = np.frexp(np.max(np.abs(q), axis=-1, keepdims=True))
-    scaled: FloatArray = np.ldexp(q, -exponent)
-    length: FloatArray = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
-    if not np.all((length > 0) & np.isfinite(length)):
-        raise ZeroDivisionError("a quaternion of length 0, or that is not finite, is no rotation")
-    return scaled / length
+    squares = np.einsum("...c,...c->...", q, q)
+    if squares.size and not (squares.min() > 1e-200 and squares.max() < 1e200):
+        # By a power of two first, which is exact: the squares of very long or short ones overflow or vanish.
+        _, exponent = np.frexp(np.max(np.abs(q), axis=-1, keepdims=True))
+        q = np.ldexp(q, -exponent)
+        squares = np.einsum("...c,...c->...", q, q)
+        if not np.all((squares > 0) & np.isfinite(squares)):
+            raise ZeroDivisionError("a quaternion of length 0, or that is not finite, is no rotation")
+    unit: FloatArray = q / np.sqrt(squares)[..., None]
+    return unit
 
 
 def multiply(a: ArrayLike, b: ArrayLike) -> FloatArray:
@@ -83,23 +86,42 @@ def slerp(a: ArrayLike, b: ArrayLike, fraction: ArrayLike) -> FloatArray:
     """
     a = np.asarray(a, dtype=np.float64)
     b = np.asarray(b, dtype=np.float64)
-    fraction = np.asarray(fraction, dtype=np.float64)[..., None]
-    cosine = np.sum(a * b, axis=-1, keepdims=True)
-    b = np.where(cosine < 0, -b, b)
+    fraction = np.asarray(fraction, dtype=np.float64)
+    shape = np.broadcast_shapes(a.shape[:-1], b.shape[:-1], fraction.shape)
+    out = np.empty((*shape, 4))
+    rows = out.reshape(-1, 4)
+    a_rows, b_rows = (np.broadcast_to(q, (*shape, 4)).reshape(-1, 4) for q in (a, b))
+    shares = np.broadcast_to(fraction, shape).reshape(-1)
+    # In pieces that stay in the cache, one contiguous row a component.
+    for start in range(0, len(rows), 4096):
+        piece = slice(start, start + 4096)
+        rows[piece] = _slerp_rows(a_rows[piece].T.copy(), b_rows[piece].T.copy(), shares[piece]).T
+    return out
+
+
+def _slerp_rows(a: FloatArray, b: FloatArray, share: FloatArray) -> FloatArray:
+    """Slerp quaternions (4, n) by shares (n,); overwrites both."""
+    b *= np.where(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] < 0, -1.0, 1.0)
     # atan2 of the two chords keeps small angles accurate where arccos loses half the digits.
-    angle = 2.0 * np.arctan2(
-        np.sqrt(np.sum((a - b) ** 2, axis=-1, keepdims=True)),
-        np.sqrt(np.sum((a + b) ** 2, axis=-1, keepdims=True)),
-    )
+    angle = 2.0 * np.arctan2(_length(a - b), _length(a + b))
     sine = np.sin(angle)
     near = sine < 1e-9
     safe = np.where(near, 1.0, sine)
-    wa = np.where(near, 1.0 - fraction, np.sin((1.0 - fraction) * angle) / safe)
-    wb = np.where(near, fraction, np.sin(fraction * angle) / safe)
-    wa = np.where(fraction == 0.0, 1.0, np.where(fraction == 1.0, 0.0, wa))
-    wb = np.where(fraction == 0.0, 0.0, np.where(fraction == 1.0, 1.0, wb))
-    between: FloatArray = wa * a + wb * b
-    return between
+    rest = 1.0 - share
+    wa = np.where(near, rest, np.sin(rest * angle) / safe)
+    wb = np.where(near, share, np.sin(share * angle) / safe)
+    whole = (share == 0.0) | (share == 1.0)
+    if whole.any():
+        wa[whole], wb[whole] = rest[whole], share[whole]
+    a *= wa
+    b *= wb
+    a += b
+    return a
+
+
+def _length(rows: FloatArray) -> FloatArray:
+    rows *= rows
+    return np.asarray(np.sqrt(rows[0] + rows[1] + rows[2] + rows[3]))
 
 
 def about_axis(axis: int, angle: ArrayLike) -> FloatArray:
