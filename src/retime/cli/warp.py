@@ -423,9 +423,7 @@ def _document(request: _Request, outcome: _Outcome) -> dict[str, Any]:
     return {
         "method": request.method,
         "input": str(request.clip),
-        "reference": str(request.reference[0])
-        if len(request.reference) == 1
-        else [str(r) for r in request.reference] or None,
+        "references": [str(reference) for reference in request.reference],
         "input_frames": outcome.clip.n_frames,
         "input_rate": float(outcome.clip.rate),
         "output_frames": outcome.n_output_frames,
