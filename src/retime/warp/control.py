@@ -7,21 +7,27 @@ result stays the exact optimum.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from retime.errors import InfeasibleWarpError, OptionError
-from retime.kernels import FloatArray
-from retime.warp.keytimes import Reduction
+from retime.kernels import FloatArray, IntArray
+from retime.warp.curve import Keytime
+from retime.warp.keytimes import Reduction, nearest_frame
 
 BoolArray = NDArray[np.bool_]
 
 MAX_UPSAMPLE = 24
+# The kernels keep a step in a byte.
+MAX_STEP = 255
 _CLOSE = 1e-6
+# How far a step may be from a fixed speed that it stands for.
+_NEAR = 0.03
 
 
 @dataclass(frozen=True)
@@ -61,18 +67,35 @@ class Lock:
         """Whether only one speed is allowed."""
         return self.slowest == self.fastest
 
+    def __str__(self) -> str:
+        speeds = f"{self.slowest:g}" if self.fixed else f"{self.slowest:g} to {self.fastest:g}"
+        return f"{self.start:g}–{self.end:g} s at {speeds}"
 
-def upsample_for(least: int, locks: Sequence[Lock], tangents: Sequence[float]) -> int:
-    """Find the smallest upsampling that can play every fixed speed exactly.
+
+def upsample_for(
+    least: int,
+    locks: Sequence[Lock],
+    tangents: Sequence[float],
+    *,
+    slowest: float = 0.0,
+    fastest: float = math.inf,
+) -> int:
+    """Find the smallest upsampling that can play every wished speed.
+
+    A fixed speed needs a step within 3 % of it: `retime.warp.keytimes.knots_of_path` makes it exact. A range needs a
+    step inside it. The limits of the whole clip need steps within 5 % of them, where less than 24 and steps of 64 can
+    give that.
 
     Parameters
     ----------
     least : int
         Upsampling that the keytimes ask for.
     locks : sequence of Lock
-        A lock on speeds between 0 and 1 needs at least one step for them.
+        Spans at given speeds.
     tangents : sequence of float
         Speeds at keytimes.
+    slowest, fastest : float
+        Playback speeds for the whole clip.
 
     Raises
     ------
@@ -80,37 +103,179 @@ def upsample_for(least: int, locks: Sequence[Lock], tangents: Sequence[float]) -
         No upsampling up to 24 plays them all; names one that it can't.
     """
     fixed = [lock.fastest for lock in locks if lock.fixed] + [abs(speed) for speed in tangents]
-    ranges = [(lock.slowest, lock.fastest) for lock in locks if not lock.fixed]
-    for upsample in range(least, MAX_UPSAMPLE + 1):
-        if all(_steps(speed, speed, upsample) for speed in fixed) and all(
-            _steps(slow, fast, upsample) for slow, fast in ranges
-        ):
+    ranges = [(lock.slowest, lock.fastest) for lock in locks if not lock.fixed] + [(slowest, fastest)]
+
+    def plays(upsample: int) -> bool:
+        return all(_fixed_step(speed, upsample) for speed in fixed) and all(_steps(*pair, upsample) for pair in ranges)
+
+    def near_limits(upsample: int) -> bool:
+        steps = _steps(slowest, fastest, upsample)
+        low = slowest == 0 or steps[0] <= 1.05 * slowest * upsample
+        return low and (fastest == math.inf or 0.95 * fastest * upsample <= steps[-1] <= 64)
+
+    able = [upsample for upsample in range(least, max(least, MAX_UPSAMPLE) + 1) if plays(upsample)]
+    for upsample in able:
+        if near_limits(upsample):
             return upsample
+    if able:
+        return able[0]
     for speed in fixed:
-        if not any(_steps(speed, speed, upsample) for upsample in range(1, MAX_UPSAMPLE + 1)):
+        if not any(_fixed_step(speed, upsample) for upsample in range(1, MAX_UPSAMPLE + 1)):
             raise OptionError(
-                f"a speed of {speed:g} is not a fraction with a denominator up to {MAX_UPSAMPLE}: choose one near it"
+                f"a speed of {speed:g} is beyond what can be played, 1/{MAX_UPSAMPLE} to {MAX_STEP / MAX_UPSAMPLE:.3g}"
             )
+    for low, high in ranges:
+        if not any(_steps(low, high, upsample) for upsample in range(1, MAX_UPSAMPLE + 1)):
+            raise OptionError(f"no step plays between {low:g} and {high:g} times the speed: widen that range")
+    wanted = [*(f"{speed:g}" for speed in fixed), *(f"{low:g} to {high:g}" for low, high in ranges if high < math.inf)]
     raise OptionError(
-        f"no upsampling up to {MAX_UPSAMPLE} plays all of the wanted speeds "
-        f"{', '.join(f'{speed:g}' for speed in fixed)}: choose fractions with a common denominator"
+        f"no upsampling from {least} to {MAX_UPSAMPLE} plays all of the wanted speeds {', '.join(wanted)}: choose "
+        "fractions with a common denominator"
     )
 
 
-def _steps(slowest: float, fastest: float, upsample: int) -> range:
+def _fixed_step(speed: float, upsample: int, most: int = MAX_STEP) -> int | None:
+    """Return the step nearest to a fixed speed, if it is near enough."""
+    step = max(1, round(speed * upsample))
+    return step if step <= most and abs(step - speed * upsample) <= _NEAR * speed * upsample else None
+
+
+def _steps(slowest: float, fastest: float, upsample: int, most: int = MAX_STEP) -> range:
     """Return the steps whose speed lies in a range."""
     return range(
-        max(1, math.ceil(slowest * upsample - _CLOSE)), math.floor(min(fastest * upsample, 255.0) + _CLOSE) + 1
+        max(1, math.ceil(slowest * upsample - _CLOSE)),
+        math.floor(min(fastest * upsample, float(most)) + _CLOSE) + 1,
     )
+
+
+def _lock_steps(lock: Lock, upsample: int, max_skip: int) -> range:
+    """Return the steps that a lock allows."""
+    if not lock.fixed:
+        return _steps(lock.slowest, lock.fastest, upsample, max_skip)
+    step = _fixed_step(lock.fastest, upsample, max_skip)
+    return range(0) if step is None else range(step, step + 1)
+
+
+@dataclass(frozen=True)
+class LockedSpan:
+    """Where a lock binds the unrolled input.
+
+    Attributes
+    ----------
+    first, last : int
+        Unrolled frames that the path must visit.
+    steps : range
+        The steps that it may take between them.
+    speed : float, optional
+        Where the lock fixes it.
+    """
+
+    first: int
+    last: int
+    steps: range
+    speed: float | None = None
+
+
+def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Sequence[Lock]) -> tuple[LockedSpan, ...]:
+    """Find the unrolled frames that locks bind.
+
+    A lock begins at the unrolled frame nearest to its start, and ends after the whole number of steps that brings it
+    nearest to its end. It binds every span between keytimes that shows some of it, forward or backward, each on its
+    own: a keytime inside a lock is kept, and the lock goes on from there.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        The spans.
+    max_skip : int
+        Largest step.
+    duration : float
+        Seconds from the first input frame to the last.
+    locks : sequence of Lock
+        In input time.
+
+    Returns
+    -------
+    tuple of LockedSpan
+        In the order in which they are shown.
+
+    Raises
+    ------
+    OptionError
+        A lock that leaves the clip, holds a hold, binds nothing, or has a speed that no step plays.
+    """
+    for lock in locks:
+        _check_lock(lock, reduction, max_skip, duration)
+    bound: list[LockedSpan] = []
+    places: list[list[int]] = [[] for _ in locks]
+    for span in range(len(reduction.keytimes) - 1):
+        shown = [(*place, i) for i, lock in enumerate(locks) if (place := _place_in_span(reduction, span, lock))]
+        for first, last, i in sorted(shown):
+            steps = _lock_steps(locks[i], reduction.upsample, max_skip)
+            # Rounding up to whole steps must not run into the lock that follows.
+            room = min((other for other, *_ in shown if other >= last), default=reduction.frames[span + 1]) - first
+            lengths = [length for length in range(1, room + 1) if _composes(length, steps)]
+            nearest = min(lengths, key=lambda length: (abs(first + length - last), -length), default=0)
+            places[i].append(nearest)
+            if nearest:
+                bound.append(LockedSpan(first, first + nearest, steps, locks[i].fastest if locks[i].fixed else None))
+    for lock, lengths in zip(locks, places, strict=True):
+        if not any(lengths):
+            why = (
+                f"is shorter than one step at that speed (at {reduction.rate:g} Hz)" if lengths else "is nowhere shown"
+            )
+            raise OptionError(f"the lock {lock} {why}")
+    return tuple(bound)
+
+
+def _check_lock(lock: Lock, reduction: Reduction, max_skip: int, duration: float) -> None:
+    """Refuse a lock that contradicts the clip, a keytime that holds, or the steps there are."""
+    near = 1 / reduction.rate
+    if lock.start < -near or lock.end > duration + near:
+        raise OptionError(f"the lock {lock} leaves the clip, which runs from 0 to {duration:g} s")
+    for before, after in itertools.pairwise(reduction.keytimes):
+        if before.input_time == after.input_time and lock.start + 1e-9 < before.input_time < lock.end - 1e-9:
+            raise OptionError(
+                f"the lock {lock} holds the hold at input time {before.input_time:g} s: end one lock there, and begin "
+                "another"
+            )
+    if not _lock_steps(lock, reduction.upsample, max_skip):
+        raise OptionError(
+            f"the lock {lock} asks for speeds that upsample={reduction.upsample} and max_skip={max_skip} can't play "
+            f"({_playable(reduction.upsample, max_skip)})"
+        )
+
+
+def _playable(upsample: int, max_skip: int) -> str:
+    least = "1" if upsample == 1 else f"1/{upsample}"
+    return f"they play multiples of {least} up to {max_skip / upsample:g}"
+
+
+def _place_in_span(reduction: Reduction, span: int, lock: Lock) -> tuple[int, int] | None:
+    """Unrolled frames nearest to a lock's ends, where a moving span shows some of it."""
+    before, after = reduction.keytimes[span].input_time, reduction.keytimes[span + 1].input_time
+    low, high = max(lock.start, min(before, after)), min(lock.end, max(before, after))
+    begin, stop = reduction.frames[span], reduction.frames[span + 1]
+    if high - low <= 1e-9 or reduction.held[begin]:
+        return None
+    grid = reduction.rate * reduction.upsample
+    origin = nearest_frame(before * grid)
+    ends = sorted(begin + abs(nearest_frame(time * grid) - origin) for time in (low, high))
+    first, last = (min(max(frame, begin), stop) for frame in ends)
+    return None if first == stop else (first, last)
 
 
 def allowed_steps(
-    reduction: Reduction, max_skip: int, *, locks: Sequence[Lock] = (), slowest: float = 0.0, fastest: float = math.inf
+    reduction: Reduction,
+    max_skip: int,
+    *,
+    locked: Sequence[LockedSpan] = (),
+    slowest: float = 0.0,
+    fastest: float = math.inf,
 ) -> BoolArray:
     """Say which steps the search may take.
 
-    A step may not pass a keytime. Held frames are not bound by speeds. A lock begins at its first frame, which the
-    path must visit, and ends at the last one that its speeds can reach.
+    A step may not pass a keytime, nor an end of a locked span. Held frames are not bound by speeds.
 
     Parameters
     ----------
@@ -118,8 +283,8 @@ def allowed_steps(
         Its keytimes carry the tangents: the steps to and from such a keytime have its speed.
     max_skip : int
         Largest step.
-    locks : sequence of Lock
-        In input time.
+    locked : sequence of LockedSpan
+        From `locked_spans`.
     slowest, fastest : float
         Playback speeds for the whole clip.
 
@@ -131,67 +296,128 @@ def allowed_steps(
     Raises
     ------
     OptionError
-        A speed that no step has at this upsampling, or that `max_skip` forbids.
+        A speed that no step has at this upsampling, or that `max_skip` or the speed limits forbid.
     """
     n_input, upsample = reduction.n_input, reduction.upsample
     frames = np.array(reduction.frames)
     steps = np.arange(1, max_skip + 1)
+    start = np.arange(n_input)[:, None]
+    stops = start + steps
     following = frames[np.minimum(np.searchsorted(frames, np.arange(n_input), side="right"), len(frames) - 1)]
-    allowed: BoolArray = np.arange(n_input)[:, None] + steps <= following[:, None]
+    allowed: BoolArray = stops <= following[:, None]
     held = reduction.held
-    general = np.isin(steps, list(_steps(slowest, fastest, upsample)))
+    general = np.isin(steps, list(_steps(slowest, fastest, upsample, max_skip)))
     if not general.any():
         raise OptionError(
             f"no step plays between {slowest:g} and {fastest:g} times the speed with upsample={upsample} and "
-            f"max_skip={max_skip}: raise them"
+            f"max_skip={max_skip} ({_playable(upsample, max_skip)}): raise them"
         )
     allowed &= general | held[:, None]
 
-    for lock in locks:
-        wanted = _steps(lock.slowest, lock.fastest, upsample)
-        if len(wanted) == 0 or wanted[0] > max_skip:
-            raise OptionError(
-                f"a lock asks for speeds {lock.slowest:g} to {lock.fastest:g}, which upsample={upsample} and "
-                f"max_skip={max_skip} can't play (steps of 1/{upsample} up to {max_skip / upsample:g})"
-            )
-        good = np.isin(steps, list(wanted))
-        inside = (reduction.input_times >= lock.start - 1e-9) & (reduction.input_times <= lock.end + 1e-9) & ~held
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(np.int8), [0]])))
-        for first, stop in edges.reshape(-1, 2):
-            last = int(stop) - 1
-            while last > first and not _composes(last - int(first), wanted):
-                last -= 1
-            if last <= first:
-                continue
-            start = np.arange(n_input)[:, None]
-            stops = start + steps
-            allowed &= ~((start < first) & (stops > first))
-            allowed &= ~((start < last) & (stops > last) & (start >= first))
-            allowed &= good | ~((start >= first) & (stops <= last))
+    for span in locked:
+        first, last = span.first, span.last
+        allowed &= ~((start < first) & (stops > first))
+        allowed &= ~((start < last) & (stops > last))
+        allowed &= np.isin(steps, list(span.steps)) | ~((start >= first) & (stops <= last))
 
     for key, frame in zip(reduction.keytimes, reduction.frames, strict=True):
         if key.speed is None:
             continue
-        step = round(abs(key.speed) * upsample)
-        if abs(abs(key.speed) * upsample - step) > _CLOSE or not 1 <= step <= max_skip:
-            raise OptionError(
-                f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, which "
-                f"upsample={upsample} and max_skip={max_skip} can't play (steps of 1/{upsample} "
-                f"up to {max_skip / upsample:g})"
-            )
+        step = _tangent_step(key, reduction, max_skip, slowest, fastest)
         other = steps != step
         if not held[frame]:
             allowed[frame, other] = False
         for b in steps[other & (steps <= frame)]:
             if not held[frame - b]:
                 allowed[frame - b, b - 1] = False
+        moving = [not held[place] for place in (frame - 1, frame) if 0 <= place < n_input - 1]
+        if not any(moving):
+            raise OptionError(
+                f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, but the pose is held "
+                "before and after it"
+            )
     return allowed
+
+
+def _tangent_step(key: Keytime, reduction: Reduction, max_skip: int, slowest: float, fastest: float) -> int:
+    """Return the step that plays a tangent."""
+    assert key.speed is not None
+    asks = f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, which"
+    if not slowest - 1e-9 <= abs(key.speed) <= fastest + 1e-9:
+        raise OptionError(f"{asks} the speed limits {slowest:g} to {fastest:g} forbid")
+    step = _fixed_step(abs(key.speed), reduction.upsample, max_skip)
+    if step is None:
+        raise OptionError(
+            f"{asks} upsample={reduction.upsample} and max_skip={max_skip} can't play "
+            f"({_playable(reduction.upsample, max_skip)})"
+        )
+    return step
 
 
 def _composes(length: int, steps: range) -> bool:
     """Whether a length is a sum of steps from a range."""
     n_least = -(-length // steps[-1])
     return n_least * steps[0] <= length
+
+
+def kept_speeds(
+    reduction: Reduction,
+    path: IntArray,
+    *,
+    locked: Sequence[LockedSpan] = (),
+    slowest: float = 0.0,
+    fastest: float = math.inf,
+    loop: bool = False,
+) -> FloatArray:
+    """Say which steps of a path must keep their speed when it is put on its keytimes, and what speed that is.
+
+    Steps inside a lock at a fixed speed and beside a tangent get that speed. Those at the end of a range stay as they
+    are, and so do the first and the last of a loop.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        Not free.
+    path : int array, shape (n_output,)
+        Unrolled frames.
+    locked, slowest, fastest
+        As in `allowed_steps`.
+    loop : bool
+        First and last speed agree.
+
+    Returns
+    -------
+    float array, shape (n_output - 1,)
+        Speeds without the sign of a backward span; nan for steps that may give.
+    """
+    before, after = path[:-1], path[1:]
+    steps = after - before
+    speeds = np.full(len(steps), np.nan)
+    limits = _steps(slowest, fastest, reduction.upsample)
+    bound = ((steps == limits[0]) & (slowest > 0)) | ((steps == limits[-1]) & (fastest < math.inf))
+    if loop:
+        bound[[0, -1]] = True
+    for span in locked:
+        inside = (before >= span.first) & (after <= span.last)
+        bound |= inside & ((steps == span.steps[0]) | (steps == span.steps[-1]))
+    speeds[bound] = steps[bound] / reduction.upsample
+    for span in locked:
+        if span.speed is not None:
+            speeds[(before >= span.first) & (after <= span.last)] = span.speed
+    for key, frame in zip(reduction.keytimes, reduction.frames, strict=True):
+        if key.speed is not None:
+            speeds[(before == frame) | (after == frame)] = abs(key.speed)
+    speeds[reduction.held[before]] = np.nan
+    return speeds
+
+
+def kept_positions(reduction: Reduction, path: IntArray, locked: Sequence[LockedSpan]) -> IntArray:
+    """List the places in a path between which it must stay straight: ends of locks, neighbours of tangents."""
+    kept = np.isin(path, [frame for span in locked for frame in (span.first, span.last)])
+    for key, position in zip(reduction.keytimes, reduction.positions, strict=True):
+        if key.speed is not None:
+            kept[max(position - 1, 0) : position + 2] = True
+    return np.flatnonzero(kept)
 
 
 def forbid(scores: FloatArray, allowed: BoolArray) -> None:
@@ -213,9 +439,14 @@ def end_costs(allowed: BoolArray) -> tuple[FloatArray, FloatArray]:
 
 
 def check_counts(
-    reduction: Reduction, allowed: BoolArray, max_skip: int, *, most: int | None = None, free: bool = False
+    reduction: Reduction,
+    allowed: BoolArray,
+    *,
+    n_output: tuple[int, int] | None = None,
+    wishes: str = "",
+    fits: Callable[[int, int], bool] | None = None,
 ) -> None:
-    """Refuse keytimes between which no number of allowed steps fits; raise InfeasibleWarpError.
+    """Refuse keytimes between which no number of allowed steps fits.
 
     Parameters
     ----------
@@ -223,72 +454,146 @@ def check_counts(
         The spans.
     allowed : bool array, shape (n_input, max_skip)
         From `allowed_steps`.
-    max_skip : int
-        Named in the message.
-    most : int, optional
-        The most output frames, where the length is a range.
-    free : bool
-        The last span may have any length.
+    n_output : (int, int), optional
+        The least and the most output frames, where the length is free.
+    wishes : str
+        What besides `max_skip` and the upsampling forbids steps, for the message.
+    fits : function of (upsample, max_skip), optional
+        Whether all keytimes could be met with these: only a remedy that works is offered.
+
+    Raises
+    ------
+    InfeasibleWarpError
+        Names the span, what fits there, and what would make it feasible.
     """
     for span in range(len(reduction.keytimes) - 1):
         first, last = reduction.frames[span], reduction.frames[span + 1]
-        least_steps, most_steps = _step_bounds(allowed[first:last], last - first)
-        wanted = reduction.positions[span + 1] - reduction.positions[span]
-        final = span == len(reduction.keytimes) - 2
-        wanted_most = most - 1 - reduction.positions[span] if final and most is not None else wanted
-        if least_steps is not None and ((free and final) or (wanted <= most_steps and wanted_most >= least_steps)):
-            continue
-        raise _infeasible(reduction, span, max_skip, least_steps, most_steps)
+        least = most = reduction.positions[span + 1] - reduction.positions[span]
+        if n_output is not None and span == len(reduction.keytimes) - 2:
+            least, most = (count - 1 - reduction.positions[span] for count in n_output)
+        possible = _StepCounts(allowed[first:last], last - first)
+        if not possible.any_between(least, most):
+            raise _infeasible(reduction, span, allowed.shape[1], (least, most), possible, wishes, fits)
 
 
-def _step_bounds(allowed: BoolArray, length: int) -> tuple[int | None, int]:
-    """Least and most steps that cross a span of `length` frames; None where none do."""
-    if bool(np.all(allowed[:, 0])):
-        # No step of one is forbidden: the most is every frame, and greedy long steps give the least.
-        full = np.all(allowed | (np.arange(length)[:, None] + np.arange(1, allowed.shape[1] + 1) > length))
-        if full:
-            return -(-length // allowed.shape[1]), length
-    least = [math.inf] * (length + 1)
-    most = [-math.inf] * (length + 1)
-    least[0] = most[0] = 0
-    for frame in range(length):
-        if least[frame] == math.inf:
-            continue
-        for step in (np.flatnonzero(allowed[frame]) + 1).tolist():
-            if frame + step <= length:
-                least[frame + step] = min(least[frame + step], least[frame] + 1)
-                most[frame + step] = max(most[frame + step], most[frame] + 1)
-    return (None, 0) if least[length] == math.inf else (int(least[length]), int(most[length]))
+def steps_fit(allowed: BoolArray, n_steps: int) -> bool:
+    """Whether so many allowed steps lead from the first frame of `allowed` to the one after its last."""
+    return _StepCounts(allowed, len(allowed)).any_between(n_steps, n_steps)
+
+
+class _StepCounts:
+    """The numbers of steps that cross a span."""
+
+    def __init__(self, allowed: BoolArray, length: int) -> None:
+        max_skip = allowed.shape[1]
+        inside = np.arange(length)[:, None] + np.arange(1, max_skip + 1) <= length
+        if bool(np.all(allowed | ~inside)):
+            # Nothing but max_skip: every number between the least and one step a frame.
+            least = -(-length // max_skip)
+            self._bits = (1 << (length + 1)) - (1 << least)
+            return
+        # Bit n of a frame: n steps can lead there. Shifting all numbers at once keeps long spans quick.
+        ahead = [0] * (max_skip + 1)
+        ahead[0] = 1
+        for frame in range(length):
+            bits = ahead.pop(0) << 1
+            ahead.append(0)
+            if bits:
+                for step in np.flatnonzero(allowed[frame] & inside[frame]).tolist():
+                    ahead[step] |= bits
+        self._bits = ahead[0]
+
+    def any_between(self, least: int, most: int) -> bool:
+        return least <= most and bool(self._bits >> max(least, 0) & ((1 << (most - max(least, 0) + 1)) - 1))
+
+    @property
+    def least(self) -> int | None:
+        return (self._bits & -self._bits).bit_length() - 1 if self._bits else None
+
+    @property
+    def most(self) -> int:
+        return int(self._bits.bit_length()) - 1
+
+    def below(self, count: int) -> int | None:
+        bits = self._bits & ((1 << max(count, 0)) - 1)
+        return bits.bit_length() - 1 if bits else None
+
+    def above(self, count: int) -> int | None:
+        bits = self._bits >> (count + 1)
+        return count + (bits & -bits).bit_length() if bits else None
 
 
 def _infeasible(
-    reduction: Reduction, span: int, max_skip: int, least_steps: int | None, most_steps: int
+    reduction: Reduction,
+    span: int,
+    max_skip: int,
+    wanted: tuple[int, int],
+    possible: _StepCounts,
+    wishes: str,
+    fits: Callable[[int, int], bool] | None,
 ) -> InfeasibleWarpError:
     before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
-    n_input = reduction.frames[span + 1] - reduction.frames[span] + 1
-    n_output = reduction.positions[span + 1] - reduction.positions[span] + 1
+    length, upsample, rate = reduction.frames[span + 1] - reduction.frames[span], reduction.upsample, reduction.rate
+
+    def frames(steps: int) -> str:
+        return f"{steps + 1} frames ({steps / rate:.2f} s)"
+
+    least, most = wanted
+    into = f"{most + 1} output frames" if least == most else f"{least + 1} to {most + 1} output frames"
     where = (
-        f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s ({n_input} frames at the analysis rate) "
-        f"into {n_output} output frames ({(n_output - 1) / reduction.rate:.2f} s)"
+        f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s ({length + 1} frames at the analysis rate) "
+        f"into {into} ({most / rate:.2f} s)"
     )
-    values = {"span": span, "n_input": n_input, "n_output": n_output, "max_skip": max_skip}
-    if least_steps is None:
-        return InfeasibleWarpError(f"{where}: the locks and tangents there leave no way through. Loosen one.", **values)
-    least, most = least_steps + 1, most_steps + 1
-    bound = f"max_skip={max_skip}, upsample={reduction.upsample} and what is locked allow {least} to {most}"
-    if n_output < least:
-        need = -(-(n_input - 1) // (n_output - 1))
-        remedy = f"Use at least {least} frames ({least_steps / reduction.rate:.2f} s), or max_skip >= {need}."
+    values = {"span": span, "n_input": length + 1, "n_output": most + 1, "max_skip": max_skip}
+    limits = " and ".join([f"max_skip={max_skip}, upsample={upsample}", *([wishes] if wishes else [])])
+    if possible.least is None:
+        return InfeasibleWarpError(f"{where}: {limits} leave no way through. Loosen one.", **values)
+    fewer, more = possible.below(least), possible.above(most)
+    if fewer is None:
+        assert more is not None
+        remedy = f"at least {frames(more)}"
+        # A span may hold too few frames for any path of that length, or its steps may be too short.
+        finer = False
+    elif more is None:
+        remedy = f"at most {frames(fewer)}"
+        finer = True
     else:
-        need = reduction.upsample * -(-(n_output - 1) // (n_input - 1))
-        remedy = f"Use at most {most} frames ({most_steps / reduction.rate:.2f} s), or upsample >= {need}."
-    return InfeasibleWarpError(f"{where}: {bound}. {remedy}", **values, min_output=least, max_output=most)
+        remedy = f"{fewer + 1} or {frames(more)}"
+        finer = False
+    option = None if fits is None else _better_limits(upsample, max_skip, (least, most), length, finer, fits)
+    offered = [f"Use {remedy}", *([option] if option else []), *([f"loosen {wishes}"] if wishes else [])]
+    return InfeasibleWarpError(
+        f"{where}: {limits} allow {possible.least + 1} to {possible.most + 1}. {', or '.join(offered)}.",
+        **values,
+        min_output=possible.least + 1,
+        max_output=possible.most + 1,
+    )
+
+
+def _better_limits(
+    upsample: int, max_skip: int, wanted: tuple[int, int], length: int, finer: bool, fits: Callable[[int, int], bool]
+) -> str | None:
+    """Find a longer step, or a finer upsampling, with which all keytimes can be met."""
+    if finer:
+        need = upsample * -(-wanted[0] // length)
+        for better in range(max(need, upsample + 1), 2 * need + 4):
+            for skip in (max_skip, min(MAX_STEP, -(-max_skip * better // upsample))):
+                if fits(better, skip):
+                    return f"upsample >= {better}" + (f" with max_skip={skip}" if skip != max_skip else "")
+        return None
+    low, high = max_skip, MAX_STEP
+    if max_skip == MAX_STEP or not fits(upsample, high):
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if fits(upsample, middle) else (middle, high)
+    return f"max_skip >= {high}"
 
 
 def add_smoothness(scores: FloatArray, weight: float, held: BoolArray) -> None:
     """Charge changes of speed: ``weight * median score * ln(b / a)²`` on every triple, in place.
 
-    Held frames are not charged: stopping is a keytime's wish, not the search's.
+    Into a hold, in it and out of it nothing is charged: stopping is a keytime's wish, not the search's.
     """
     if not (math.isfinite(weight) and weight >= 0):
         raise OptionError(f"the smoothness weight must be 0 or more, found {weight}")
@@ -297,7 +602,9 @@ def add_smoothness(scores: FloatArray, weight: float, held: BoolArray) -> None:
         return
     logs = np.log(np.arange(1, scores.shape[1] + 1))
     charge = weight * float(np.median(finite)) * (logs[None, :] - logs[:, None]) ** 2
-    scores += np.where(held[:, None, None], 0.0, charge)
+    beside_hold = held.copy()
+    beside_hold[1:] |= held[:-1]
+    scores += np.where(beside_hold[:, None, None], 0.0, charge)
 
 
 def neutral_weights(max_skip: int, upsample: int) -> FloatArray:

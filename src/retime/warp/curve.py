@@ -36,7 +36,7 @@ class Keytime:
     output_time, input_time : float
         Seconds from the first frame of the output, of the input.
     speed : float, optional
-        Playback speed there (a tangent); left out, whatever comes.
+        Playback speed there (a tangent), above 0; a backward span has it backward. Left out, whatever comes.
     """
 
     output_time: float
@@ -95,6 +95,7 @@ class Warp:
         for key in self.keytimes:
             if not (math.isfinite(key.output_time) and math.isfinite(key.input_time)):
                 raise OptionError(f"a keytime of the warp is not finite: {key.output_time}, {key.input_time}")
+            check_speed(key)
         stuck = np.flatnonzero(output_times[1:] <= output_times[:-1])
         if len(stuck):
             knot = int(stuck[0])
@@ -180,7 +181,7 @@ class Warp:
         times = add_times(first.output_times, np.concatenate(corners))
         return Warp(times, self(first(times)), method=self.method, name=self.name)
 
-    def smooth(self, window: float, *, at: ArrayLike | None = None, loop: bool = False) -> Warp:
+    def smooth(self, window: float, *, at: ArrayLike | None = None, keep: ArrayLike = (), loop: bool = False) -> Warp:
         """Average the warp over a moving window, and keep its ends and keytimes exactly (§3.4).
 
         The mean of the warp over `window` seconds of output around each time. Beyond its ends the warp is continued
@@ -194,9 +195,11 @@ class Warp:
             Full width in seconds of output time; 0 changes nothing.
         at : float array, optional
             Output times of the new knots, to which ends and keytimes are added. Left out: the knots of this warp.
+        keep : float array, optional
+            More output times at which the warp stays as it is, as at a keytime: what is straight between two of them
+            stays straight.
         loop : bool
-            Let the window shrink at the ends too, so that the first and the last slope stay as they are: where they
-            agree, a loop has no corner at its seam.
+            Keep the first and the last piece too: where their slopes agree, a loop has no corner at its seam.
 
         Returns
         -------
@@ -206,7 +209,9 @@ class Warp:
         if not (np.isfinite(window) and window >= 0):
             raise OptionError(f"the smoothing window must be 0 or more seconds, found {window}")
         start, end = self.output_start, self.output_end
-        inner = np.unique([key.output_time for key in self.keytimes if start < key.output_time < end])
+        ends = self.output_times[[0, 1, -2, -1]] if loop else np.empty(0)
+        kept = np.concatenate([[key.output_time for key in self.keytimes], np.asarray(keep, dtype=np.float64), ends])
+        inner = np.unique(kept[(kept > start) & (kept < end)])
         wanted = self.output_times if at is None else np.asarray(at, dtype=np.float64)
         times = add_times(np.concatenate([[start], inner, [end]]), wanted[(wanted > start) & (wanted < end)])
         half = np.full(len(times), min(window, self.output_duration) / 2)
@@ -347,6 +352,14 @@ def _numbers(key: str, values: object) -> FloatArray:
         return np.array(values, dtype=np.float64)
     except OverflowError:
         raise FormatError(f"{key}: a number is too large") from None
+
+
+def check_speed(key: Keytime) -> None:
+    """Refuse a tangent that is no speed; raise OptionError."""
+    if key.speed is not None and not (math.isfinite(key.speed) and key.speed > 0):
+        raise OptionError(
+            f"the speed of a keytime must be above 0, found {key.speed:g} at output time {key.output_time:g} s"
+        )
 
 
 def add_times(times: FloatArray, more: FloatArray) -> FloatArray:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import bisect
 import csv
 import io
+import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from retime.kernels import FloatArray, IntArray
-from retime.warp.control import BoolArray
+from retime.warp.control import BoolArray, LockedSpan
 from retime.warp.keytimes import Reduction
 from retime.warp.path import FramePath
 from retime.warp.score import Model, matched_frames
@@ -26,25 +30,34 @@ class Explanation:
     speeds : float array, shape (n_output,)
         Playback speed of the step from this frame to the next; the last one repeats.
     scores : float array, shape (n_output,)
-        Local score; nan at the two ends, which have none.
+        Local score (Eq. 2): the mean distance to the matched reference frames. nan at the two ends, which have none.
+    costs : float array, shape (n_output,)
+        What the search paid for the frame: the score, weighted where a free length is neutral, and the charge for a
+        change of speed where smoothness is asked for. nan at the ends; the rest and `seam_cost` add up to the total.
     references : int array, shape (n_output, n_neighbors)
         Which reference each match is from, the nearest first; -1 at the ends.
     reference_times : float array, shape (n_output, n_neighbors)
         Its time there, seconds; nan at the ends.
     binding : tuple of str
-        What bound the frame: any of "key", "lock", "fastest", "slowest", "hold", joined by "+"; "" where nothing did.
+        What bound the frame, or a step beside it, joined by "+": "key", a keytime; "tangent", its speed; "lock", a
+        lock's speed or its ends; "fastest" and "slowest", the speed limits (of `max_skip` and `upsample` where none
+        are given); "hold". "" where nothing did.
     reference_names : tuple of str
         Names of the references.
+    seam_cost : float
+        What a loop paid for the three frames across its seam; 0 where it is none.
     """
 
     output_times: FloatArray
     input_times: FloatArray
     speeds: FloatArray
     scores: FloatArray
+    costs: FloatArray
     references: IntArray
     reference_times: FloatArray
     binding: tuple[str, ...]
     reference_names: tuple[str, ...]
+    seam_cost: float = 0.0
 
     def to_csv(self) -> str:
         """Return a table with a header: one row an output frame, one pair of columns a matched reference frame."""
@@ -52,10 +65,10 @@ class Explanation:
         writer = csv.writer(out, lineterminator="\n")
         n_neighbors = self.references.shape[1]
         matches = [f"{what}_{i + 1}" for i in range(n_neighbors) for what in ("reference", "reference_time")]
-        writer.writerow(["output_time", "input_time", "speed", "score", *matches, "binding"])
+        writer.writerow(["output_time", "input_time", "speed", "score", "cost", *matches, "binding"])
         for i in range(len(self.output_times)):
             row: list[str] = [f"{value:.6f}" for value in (self.output_times[i], self.input_times[i], self.speeds[i])]
-            row.append("" if np.isnan(self.scores[i]) else f"{self.scores[i]:.6g}")
+            row += ["" if np.isnan(value) else f"{value:.6g}" for value in (self.scores[i], self.costs[i])]
             for which, when in zip(self.references[i], self.reference_times[i], strict=True):
                 row += ["", ""] if which < 0 else [self.reference_names[which], f"{when:.6f}"]
             writer.writerow([*row, self.binding[i]])
@@ -69,6 +82,7 @@ def explain_path(
     input_poses: FloatArray,
     allowed: BoolArray,
     *,
+    locked: Sequence[LockedSpan],
     references: tuple[str, ...],
     n_neighbors: int,
     score: str,
@@ -78,7 +92,8 @@ def explain_path(
     n_output = len(frames)
     which = np.full((n_output, n_neighbors), -1, dtype=np.int64)
     when = np.full((n_output, n_neighbors), np.nan)
-    scores = np.full(n_output, np.nan)
+    scores, costs = np.full((2, n_output), np.nan)
+    costs[1:-1] = path.scores
     if n_output > 2:
         rows, distances = matched_frames(input_poses, frames, model, n_neighbors=n_neighbors, score=score)
         which[1:-1] = model.reference[rows]
@@ -91,34 +106,47 @@ def explain_path(
         input_times,
         np.append(speeds, speeds[-1:]),
         scores,
+        costs,
         which,
         when,
-        _binding(reduction, frames, allowed),
+        _binding(reduction, frames, allowed, locked),
         references,
+        path.total - math.fsum(path.scores),
     )
 
 
-def _binding(reduction: Reduction, frames: IntArray, allowed: BoolArray) -> tuple[str, ...]:
+def _binding(
+    reduction: Reduction, frames: IntArray, allowed: BoolArray, locked: Sequence[LockedSpan]
+) -> tuple[str, ...]:
     """Say what bound each frame: the steps beside it at the end of what was allowed, or a keytime."""
-    steps = np.diff(frames)
-    n_steps = allowed.shape[1]
-    inside = np.minimum(n_steps, reduction.n_input - 1 - frames[:-1])
-    choices = allowed[frames[:-1]]
-    longest = n_steps - np.argmax(choices[:, ::-1], axis=1)
-    shortest = np.argmax(choices, axis=1) + 1
-    only = choices.sum(axis=1) == 1
-    held = reduction.held[frames[:-1]]
-    # Where a keytime is near, a step ends there at the latest; that is the key's doing, not the limit's.
-    fastest = (steps == longest) & (inside == n_steps) & ~only & ~held & (longest == n_steps)
-    slowest = (steps == shortest) & (reduction.upsample > 1) & ~only & ~held
-    lock = only & ~held & (inside > 1)
-    keys = set(reduction.positions)
-    words = []
+    tangents = {frame for key, frame in zip(reduction.keytimes, reduction.frames, strict=True) if key.speed is not None}
+    held = reduction.held
+    anywhere = np.flatnonzero(allowed[~held].any(axis=0)) + 1
+    slowest, fastest = (int(anywhere[0]), int(anywhere[-1])) if len(anywhere) else (1, 1)
+
+    def words(start: int, stop: int) -> set[str]:
+        if held[start]:
+            return {"hold"}
+        if start in tangents or stop in tangents:
+            return {"tangent"}
+        step = stop - start
+        choices = np.flatnonzero(allowed[start]) + 1
+        room = reduction.frames[bisect.bisect_right(reduction.frames, start)] - start
+        inside = any(span.first <= start and stop <= span.last for span in locked)
+        found = set()
+        # Where a keytime is near, a step ends there at the latest; that is the key's doing, not a limit's.
+        if step == choices[-1] and not (step == room < fastest and not inside):
+            found.add("fastest" if step == fastest else "lock")
+        if step == choices[0] and (reduction.upsample > 1 or step > 1) and not (len(choices) == 1 and room == step):
+            found.add("slowest" if step == slowest else "lock")
+        return {"lock"} if inside and len(choices) == 1 else found
+
+    steps = [words(start, stop) for start, stop in itertools.pairwise(frames.tolist())]
+    order = ("key", "tangent", "hold", "lock", "fastest", "slowest")
+    bound = []
     for position in range(len(frames)):
-        around = [step for step in (position - 1, position) if 0 <= step < len(steps)]
-        found = ["key"] if position in keys else []
-        for name, flags in (("hold", held), ("lock", lock), ("fastest", fastest), ("slowest", slowest)):
-            if any(flags[step] for step in around):
-                found.append(name)
-        words.append("+".join(found))
-    return tuple(words)
+        found = set().union(*steps[max(position - 1, 0) : position + 1])
+        if position in reduction.positions:
+            found.add("key")
+        bound.append("+".join(word for word in order if word in found))
+    return tuple(bound)

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from retime.kernels import FloatArray, IntArray
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.motion.timecode import parse_length, parse_speed, parse_time
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Keytime, Warp, check_speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,21 +76,27 @@ class Reduction:
         held[:-1] = np.diff(self.input_times) == 0
         return held
 
-    def with_path(self, path: IntArray, output_rate: float) -> Reduction:
-        """Give a free reduction the length that its search found, to the nearest frame at `output_rate`."""
+    def with_path(
+        self, path: IntArray, output_rate: float, *, least_end: float = 0.0, most_end: float = math.inf
+    ) -> Reduction:
+        """Give a free reduction the length that its search found, to the nearest frame at `output_rate`.
+
+        The output ends between `least_end` and `most_end`, seconds.
+        """
         start, before, after = self.positions[-2], self.keytimes[-2], self.keytimes[-1]
         n_steps = len(path) - 1 - start
         # The last span's end moved to an analysis frame; at the span's mean speed the rest takes this long.
         offered = float(path[-1] - path[start]) / (self.rate * self.upsample)
         rest = (abs(after.input_time - before.input_time) - offered) * (n_steps / self.rate) / offered
         wanted = before.output_time + n_steps / self.rate + rest
+        wanted = min(max(wanted, least_end), most_end)
         end = max(round(wanted * output_rate), math.floor(before.output_time * output_rate) + 1) / output_rate
         keytimes = (*self.keytimes[:-1], replace(after, output_time=end))
         return replace(self, keytimes=keytimes, positions=(*self.positions[:-1], len(path) - 1), free=False)
 
 
 def as_keytimes(
-    motion: Motion | Signal, length: str | int | None, keys: Sequence[Sequence[float | str | None]]
+    motion: Motion | Signal, length: str | int | None, keys: Sequence[Sequence[float | str | None] | Keytime]
 ) -> tuple[Keytime, ...]:
     """Turn a length and keys as people write them into keytimes, ends included.
 
@@ -100,7 +107,7 @@ def as_keytimes(
     length : str or int, optional
         Of the output (`retime.motion.timecode.parse_length`); ``"free"`` leaves it to the search. Left out: after
         the last key the input plays on at its own speed.
-    keys : sequence of (input time, output time) or (input time, output time, speed)
+    keys : sequence of (input time, output time), (input time, output time, speed) or Keytime
         Seconds, or text such as ``"120f"``; the speed is a tangent.
 
     Returns
@@ -111,22 +118,28 @@ def as_keytimes(
     Raises
     ------
     OptionError
-        A time or length can't be read, or a key lies beyond the length.
+        A time or length can't be read, or a key lies before the output's beginning or beyond its end.
     """
     rate = motion.rate
-    pairs = []
+    if motion.n_frames < 2:
+        raise OptionError(f"{motion.name or 'the input'} has one frame: there is no timing to change")
+    pairs: list[Keytime] = []
     for key in keys:
-        if len(key) not in (2, 3) or key[0] is None or key[1] is None:
-            raise OptionError(f"a key is (input time, output time), with a speed where it has a tangent; found {key!r}")
-        speed = key[2] if len(key) == 3 else None
-        pairs.append(
-            Keytime(parse_time(key[1], rate), parse_time(key[0], rate), None if speed is None else parse_speed(speed))
-        )
+        pairs.append(key if isinstance(key, Keytime) else _as_keytime(key, rate))
+        if not 0.0 <= pairs[-1].output_time < math.inf:
+            raise OptionError(
+                f"a keytime stands at output time {pairs[-1].output_time:g} s; the output begins at time 0"
+            )
     if all(key.output_time != 0.0 for key in pairs):
         pairs.append(Keytime(0.0, 0.0))
     last = max(pairs)
     if length == "free":
-        return (*sorted(pairs), Keytime(math.inf, motion.duration))
+        if abs(last.input_time - motion.duration) < 1e-9:
+            raise OptionError(
+                f"the last keytime shows the clip's end at output time {last.output_time:g} s: nothing is left whose "
+                "length could be free"
+            )
+        return (*_without_doubles(pairs), Keytime(math.inf, motion.duration))
     if length is not None:
         end = float((parse_length(length, motion.n_frames, rate) - 1) / rate)
         if last.output_time > end + 1e-9:
@@ -137,7 +150,29 @@ def as_keytimes(
         end = last.output_time + (motion.duration - last.input_time)
     if end > last.output_time + 1e-9:
         pairs.append(Keytime(end, motion.duration))
-    return tuple(sorted(set(pairs)))
+    return _without_doubles(pairs)
+
+
+def _as_keytime(key: Sequence[float | str | None], rate: Fraction) -> Keytime:
+    """Read one key as people write it."""
+    if isinstance(key, str) or len(key) not in (2, 3) or key[0] is None or key[1] is None:
+        raise OptionError(f"a key is (input time, output time), with a speed where it has a tangent; found {key!r}")
+    speed = key[2] if len(key) == 3 else None
+    return Keytime(parse_time(key[1], rate), parse_time(key[0], rate), None if speed is None else parse_speed(speed))
+
+
+def _without_doubles(keytimes: Sequence[Keytime]) -> tuple[Keytime, ...]:
+    """Put keytimes in output order; of the same one twice keep the one with a tangent."""
+    kept: dict[Keytime, Keytime] = {}
+    for key in sorted(keytimes):
+        other = kept.setdefault(key, key)
+        if None not in (key.speed, other.speed) and key.speed != other.speed:
+            raise OptionError(
+                f"the keytime at output time {key.output_time:g} s has two speeds, {other.speed:g} and {key.speed:g}"
+            )
+        if other.speed is None:
+            kept[key] = key
+    return tuple(kept.values())
 
 
 def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytime, ...]:
@@ -147,6 +182,8 @@ def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytim
     ------
     InfeasibleWarpError
         Fewer than two, two at one output time, or one outside the input.
+    OptionError
+        A tangent's speed is not above 0.
     """
     ordered = tuple(sorted(keytimes))
     if len(ordered) < 2:
@@ -159,6 +196,7 @@ def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytim
                 span=span,
             )
     for key in ordered:
+        check_speed(key)
         if not (key.output_time > -math.inf and -1e-9 <= key.input_time <= duration + 1e-9):
             raise InfeasibleWarpError(
                 f"the keytime at output time {key.output_time:g} s asks for input time {key.input_time:g} s, but the "
@@ -197,11 +235,11 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
     ordered = check_keytimes(keytimes, duration)
     start = ordered[0].output_time
     free = math.isinf(ordered[-1].output_time)
-    positions = [_nearest_frame((key.output_time - start) * rate) for key in ordered if key.output_time < math.inf]
+    positions = [nearest_frame((key.output_time - start) * rate) for key in ordered if key.output_time < math.inf]
     if free:
         positions.append(positions[-1] + 1)
     grid = rate * upsample
-    places = [_nearest_frame(key.input_time * grid) for key in ordered]
+    places = [nearest_frame(key.input_time * grid) for key in ordered]
     frames = [0]
     unrolled = [np.array([places[0]])]
     for span in range(len(ordered) - 1):
@@ -223,17 +261,17 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
     return Reduction(ordered, tuple(positions), tuple(frames), input_times, rate, upsample, free)
 
 
-def _nearest_frame(place: float) -> int:
+def nearest_frame(place: float) -> int:
     """Round halves up: to even, as `round` does, two keytimes a period apart could meet in one frame."""
     return math.floor(place + 0.5 + 1e-6)
 
 
-def knots_of_path(reduction: Reduction, path: IntArray, *, rigid: NDArray[np.bool_] | None = None) -> Warp:
+def knots_of_path(reduction: Reduction, path: IntArray, *, speeds: FloatArray | None = None) -> Warp:
     """Turn a frame path into the polyline through its frames, meeting every keytime exactly.
 
-    Ends and keytimes rarely fall on analysis frames. In each span the rest, at most one period, goes to the steps
-    that do not play at unit speed anyway, so that what the search kept at unit speed stays there; where there are
-    too few of those, to all.
+    Ends and keytimes rarely fall on analysis frames, and a wished speed rarely on a whole step. In each span the rest,
+    at most one period, goes to the steps that do not play at unit speed anyway, so that what the search kept at unit
+    speed stays there; where there are too few of those, to all that need not keep their speed; at last to all.
 
     Parameters
     ----------
@@ -241,39 +279,49 @@ def knots_of_path(reduction: Reduction, path: IntArray, *, rigid: NDArray[np.boo
         Not free.
     path : int array, shape (n_output,)
         Unrolled frames.
-    rigid : bool array, shape (n_input,), optional
-        Frames whose step was the only one allowed: it keeps its speed too.
+    speeds : float array, shape (n_output - 1,), optional
+        Playback speeds that steps must have, without sign; nan where they may give
+        (`retime.warp.control.kept_speeds`).
     """
     output_times: list[FloatArray] = [np.array([reduction.keytimes[0].output_time])]
     input_times: list[FloatArray] = [np.array([reduction.keytimes[0].input_time])]
     period = 1.0 / reduction.rate
     for span in range(len(reduction.keytimes) - 1):
         before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
-        visited = path[reduction.positions[span] : reduction.positions[span + 1] + 1]
-        steps = np.diff(visited).astype(np.float64)
-        free = steps != reduction.upsample
-        if rigid is not None:
-            free &= ~rigid[visited[:-1]]
-        if after.speed is not None:
-            free[-1] = False
-        wanted = after.output_time - before.output_time
-        spacing = _stretch(np.full(len(steps), period), wanted, free)
-        output_times.append(before.output_time + np.cumsum(spacing))
+        first, last = reduction.positions[span], reduction.positions[span + 1]
+        steps = np.diff(path[first : last + 1]).astype(np.float64)
+        kept = np.full(len(steps), np.nan) if speeds is None else speeds[first:last]
+        loose = np.isnan(kept)
         change = after.input_time - before.input_time
-        sign = math.copysign(1.0, change)
-        held = reduction.frames[span + 1] - reduction.frames[span] == len(steps) and change == 0
-        moved = (
-            np.zeros(len(steps)) if held else sign * _stretch(steps * period / reduction.upsample, abs(change), free)
-        )
-        input_times.append(before.input_time + np.cumsum(moved))
+        held = bool(reduction.held[reduction.frames[span]])
+        moved = steps * (0.0 if held else period / reduction.upsample)
+        spacing = np.where(loose, period, moved / np.where(loose, 1.0, kept))
+        if held:
+            moved = np.full(len(steps), abs(change) / len(steps))
+        choices = (loose & (steps != reduction.upsample), loose)
+        spacing, moved = _stretched(spacing, moved, after.output_time - before.output_time, abs(change), choices)
+        output_times.append(before.output_time + np.cumsum(spacing))
+        input_times.append(before.input_time + math.copysign(1.0, change) * np.cumsum(moved))
         output_times[-1][-1], input_times[-1][-1] = after.output_time, after.input_time
     return Warp(np.concatenate(output_times), np.concatenate(input_times), reduction.keytimes, method="guided")
 
 
-def _stretch(lengths: FloatArray, total: float, free: np.ndarray) -> FloatArray:
-    """Change lengths so that they add up to `total`: the free ones, unless by more than a quarter."""
-    rest = total - lengths.sum()
-    loose = lengths[free].sum()
-    if loose > 0 and abs(rest) <= loose / 4:
-        return np.where(free, lengths * (1 + rest / loose), lengths)
-    return np.asarray(lengths * (total / lengths.sum()))
+def _stretched(
+    spacing: FloatArray, moved: FloatArray, output: float, change: float, choices: Sequence[NDArray[np.bool_]]
+) -> tuple[FloatArray, FloatArray]:
+    """Change the steps so that they add up to given lengths of output and input.
+
+    Of the choices the first one changes that need not change by more than a quarter; where none will do, all steps.
+    """
+    for choice in choices:
+        pieces = [
+            (lengths, total - lengths.sum(), lengths[choice].sum())
+            for lengths, total in ((spacing, output), (moved, change))
+        ]
+        if all(abs(rest) <= loose / 4 for _, rest, loose in pieces):
+            first, second = (
+                np.where(choice, lengths * (1 + (rest / loose if loose else 0.0)), lengths)
+                for lengths, rest, loose in pieces
+            )
+            return first, second
+    return spacing * (output / spacing.sum()), moved * (change / moved.sum() if change else 0.0)

@@ -7,6 +7,7 @@ alike: a session keeps them, so that only the search runs again when a keytime i
 from __future__ import annotations
 
 import bisect
+import contextlib
 import itertools
 import math
 import time
@@ -23,11 +24,11 @@ from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
 from retime.motion.timecode import parse_length
 from retime.warp import control
-from retime.warp.control import BoolArray, Lock
+from retime.warp.control import BoolArray, Lock, LockedSpan
 from retime.warp.curve import Keytime, Warp, add_times, blend
 from retime.warp.explain import Explanation, explain_path
 from retime.warp.features import PoseOptions
-from retime.warp.keytimes import Reduction, as_keytimes, knots_of_path, reduce_to_compression
+from retime.warp.keytimes import Reduction, as_keytimes, knots_of_path, nearest_frame, reduce_to_compression
 from retime.warp.path import FramePath, shortest_path
 from retime.warp.picture import facts_html, warp_html
 from retime.warp.reference import Reference, model_poses
@@ -73,6 +74,8 @@ class GuidedWarp:
         Pose vectors of the unrolled input.
     allowed : bool array, shape (n_input, max_skip)
         Steps that the search was allowed.
+    locked : tuple of LockedSpan
+        Where locks bound the unrolled input.
     n_reference : int
         Reference frames at the analysis rate, of all references.
     max_skip, n_neighbors : int
@@ -95,6 +98,7 @@ class GuidedWarp:
     references: tuple[str, ...]
     input_poses: FloatArray
     allowed: BoolArray
+    locked: tuple[LockedSpan, ...]
     n_reference: int
     max_skip: int
     n_neighbors: int
@@ -144,6 +148,7 @@ class GuidedWarp:
             self.model,
             self.input_poses,
             self.allowed,
+            locked=self.locked,
             references=self.references,
             n_neighbors=self.n_neighbors,
             score=self.score,
@@ -247,54 +252,87 @@ class Session:
         free = math.isinf(keytimes[-1].output_time)
         if (min_length is not None or max_length is not None) and not free:
             raise OptionError("bounds on the length need a free length (length='free')")
+        if loop:
+            _check_loop(keytimes, search)
         tangents = [key.speed for key in keytimes if key.speed is not None]
         if upsample is None:
-            least = 1 if slowest == 0 else math.ceil(1 / slowest - 1e-9)
-            wanted = self._choose_upsample(keytimes, locks, tangents) if speed is None else least
-            upsample = control.upsample_for(max(least, wanted), locks, tangents)
+            least = self._choose_upsample(keytimes, locks, tangents)
+            if slowest > 0:
+                least = max(least if not self.itself else 1, math.ceil(1 / slowest - 1e-9))
+            upsample = control.upsample_for(least, locks, tangents, slowest=slowest, fastest=fastest)
         reduction = reduce_to_compression(keytimes, self.motion.duration, rate=self.rate, upsample=upsample)
+        chosen_skip = max_skip is None
         if max_skip is None:
             max_skip = self._choose_max_skip(reduction, fastest, locks, tangents)
-        constrained = bool(locks or tangents) or speed is not None
-        allowed = control.allowed_steps(reduction, max_skip, locks=locks, slowest=slowest, fastest=fastest)
-        counts = self._length_range(min_length, max_length, reduction) if free else None
-        control.check_counts(
-            reduction, allowed, max_skip, most=None if counts is None else counts[1], free=free and counts is None
-        )
+        if not 1 <= max_skip <= control.MAX_STEP:
+            why = f" (for speeds up to {max_skip / upsample:g} with upsample={upsample})" if chosen_skip else ""
+            raise OptionError(f"max_skip must be from 1 to {control.MAX_STEP}, found {max_skip}{why}")
+        bounds = self._length_bounds(min_length, max_length)
+        wishes = _Wishes(self.motion.duration, tuple(locks), bool(tangents), slowest, fastest)
+        locked = wishes.locked(reduction, max_skip)
+        allowed = wishes.allowed(reduction, max_skip)
+        counts = self._length_range(bounds, reduction) if free else None
+
+        def fits(upsample: int, max_skip: int) -> bool:
+            try:
+                other = reduce_to_compression(keytimes, self.motion.duration, rate=self.rate, upsample=upsample)
+                among = self._length_range(bounds, other) if free else None
+                control.check_counts(other, wishes.allowed(other, max_skip), n_output=among)
+            except (InfeasibleWarpError, OptionError):
+                return False
+            return True
+
+        control.check_counts(reduction, allowed, n_output=counts, wishes=str(wishes), fits=fits)
 
         scores, poses = self._scores(reduction, max_skip)
         seconds = dict(self._analysis_seconds)
         seconds["scores"] = clock.lap()
-        if constrained or smoothness or (free and free_weight == "neutral"):
+        neutral = free and free_weight == "neutral"
+        if wishes.any or smoothness or neutral:
             scores = scores.copy()
-        if constrained:
+        if wishes.any:
             control.forbid(scores, allowed)
         control.add_smoothness(scores, smoothness, reduction.held)
-        if free and free_weight == "neutral":
-            scores *= control.neutral_weights(max_skip, upsample)
+        weights = control.neutral_weights(max_skip, upsample) if neutral else np.ones((max_skip, max_skip))
+        if neutral:
+            scores *= weights
 
         anchors = reduction.anchors[:-1] if free else reduction.anchors
-        n_output = counts if free else reduction.n_output
+        n_output: int | tuple[int, int] | None = reduction.n_output if counts is None else counts
+        if free and len(keytimes) == 2 and bounds == (2, None):
+            # Keytimes inside the clip have places in the output, so that the count matters; here nothing counts.
+            n_output = None
         excess = None
         if search == "heuristic":
             path, excess = self._heuristic(reduction, scores, allowed, max_skip, anchors, n_output)
         elif loop:
-            path = self._loop(reduction, scores, allowed, poses, max_skip, anchors, n_output, search)
+            seam = self._seam_costs(reduction, poses, max_skip) * np.diagonal(weights)
+            path = _loop(scores, allowed, seam, anchors, n_output, search)
         else:
             start, end = control.end_costs(allowed)
             path = shortest_path(
                 scores, n_output=n_output, anchors=anchors, start_cost=start, end_cost=end, search=search
             )
         if free:
-            reduction = reduction.with_path(path.frames, float(self.motion.rate))
+            least_end, most_end = (math.inf if n is None else float((n - 1) / self.motion.rate) for n in bounds)
+            reduction = reduction.with_path(
+                path.frames, float(self.motion.rate), least_end=least_end, most_end=most_end
+            )
         seconds["path"] = clock.lap()
 
-        steps = knots_of_path(reduction, path.frames, rigid=allowed.sum(axis=1) == 1 if constrained else None)
-        warp = smooth_steps(steps, smoothing / self.rate, float(self.motion.rate), loop=loop)
+        speeds = control.kept_speeds(reduction, path.frames, locked=locked, slowest=slowest, fastest=fastest, loop=loop)
+        steps = knots_of_path(reduction, path.frames, speeds=speeds)
+        warp = smooth_steps(
+            steps,
+            smoothing / self.rate,
+            float(self.motion.rate),
+            keep=steps.output_times[control.kept_positions(reduction, path.frames, locked)],
+            loop=loop,
+        )
         share = np.asarray(influence, dtype=np.float64)
         if share.ndim or share != 1.0:
-            warp = blend(spline_warp(reduction.keytimes, rate=float(self.motion.rate)), warp, share)
-            warp = replace(warp, method="guided")
+            warp = blend(self._spline(reduction.keytimes, steps, loop=loop), warp, share)
+            warp = replace(warp, method="guided", keytimes=reduction.keytimes)
         seconds["curve"] = clock.lap()
         return GuidedWarp(
             warp=warp,
@@ -305,6 +343,7 @@ class Session:
             references=self.references,
             input_poses=poses,
             allowed=allowed,
+            locked=locked,
             n_reference=self.n_reference,
             max_skip=max_skip,
             n_neighbors=self.n_neighbors,
@@ -341,26 +380,43 @@ class Session:
         wanted = max([0.0, *least, *(abs(speed) for speed in tangents)]) * reduction.upsample
         return max(DEFAULT_MAX_SKIP, math.ceil(2 * max(mean, default=0.0)), math.ceil(wanted - 1e-6))
 
-    def _length_range(
-        self, least: str | int | None, most: str | int | None, reduction: Reduction
-    ) -> tuple[int, int] | None:
-        """Bounds on a free length, in analysis frames."""
-        if least is None and most is None:
-            return None
-        motion = self.motion
+    def _length_bounds(self, least: str | int | None, most: str | int | None) -> tuple[int, int | None]:
+        """Bounds on a free length, in frames of the motion."""
+        low, high = (
+            None if text is None else parse_length(text, self.motion.n_frames, self.motion.rate)
+            for text in (least, most)
+        )
+        if low is not None and high is not None and low > high:
+            raise OptionError(f"the least length, {least}, is more than the most, {most}")
+        return low or 2, high
 
-        def frames(text: str | int) -> int:
-            seconds = float((parse_length(text, motion.n_frames, motion.rate) - 1) / motion.rate)
-            return max(2, math.floor(seconds * self.rate + 0.5 + 1e-6) + 1)
-
-        low = 2 if least is None else frames(least)
-        high = reduction.n_input if most is None else min(frames(most), reduction.n_input)
-        if low > high:
+    def _length_range(self, bounds: tuple[int, int | None], reduction: Reduction) -> tuple[int, int]:
+        """Bounds on a free length, in analysis frames: what the unrolled input and the keytimes allow of it."""
+        low, high = (
+            None if n is None else nearest_frame(float((n - 1) / self.motion.rate) * self.rate) + 1 for n in bounds
+        )
+        shortest = reduction.positions[-2] + 2
+        longest = reduction.positions[-2] + 1 + reduction.frames[-1] - reduction.frames[-2]
+        least = max(low or 2, shortest)
+        most = longest if high is None else min(high, longest)
+        if least > most:
+            words = "" if high is None else f" to {high}"
             raise InfeasibleWarpError(
-                f"no length lies between {least or 2} and {most or 'the longest'}: at most {reduction.n_input} "
-                f"analysis frames with upsample={reduction.upsample}"
+                f"no length lies within the bounds of {low}{words} frames (at the analysis rate): the keytimes and "
+                f"upsample={reduction.upsample} allow {shortest} to {longest}. Change the bounds, or use "
+                "another upsample",
+                min_output=shortest,
+                max_output=longest,
             )
-        return low, high
+        return least, most
+
+    def _spline(self, keytimes: Sequence[Keytime], steps: Warp, *, loop: bool) -> Warp:
+        """Join the keytimes by a spline to mix with; that of a loop has the loop's speed at both ends."""
+        ends = (keytimes[0], keytimes[-1])
+        if loop and len(keytimes) > 2 and steps.slopes[0] != 0:
+            speed = float(abs(steps.slopes[0]))
+            keytimes = [replace(key, speed=speed) if key in ends else key for key in keytimes]
+        return spline_warp(keytimes, rate=float(self.motion.rate))
 
     def _scores(self, reduction: Reduction, max_skip: int) -> tuple[FloatArray, FloatArray]:
         """Scores and poses of the unrolled input; kept, for it rarely changes while keytimes are dragged."""
@@ -375,46 +431,16 @@ class Session:
         self._scored = reduction.input_times, max_skip, scores, poses
         return scores, poses
 
-    def _loop(
-        self,
-        reduction: Reduction,
-        scores: FloatArray,
-        allowed: BoolArray,
-        poses: FloatArray,
-        max_skip: int,
-        anchors: Sequence[tuple[int, int]],
-        n_output: int | tuple[int, int] | None,
-        search: str,
-    ) -> FramePath:
-        """Search once for each first step: the last one must equal it, and the triple across the seam is scored too."""
+    def _seam_costs(self, reduction: Reduction, poses: FloatArray, max_skip: int) -> FloatArray:
+        """Score the triple across a loop's seam, where the last frame is the first again; shape (max_skip,)."""
         reach = min(max_skip, reduction.n_input - 1)
-        seam = np.concatenate([poses[len(poses) - 1 - reach : -1], poses[: reach + 1]])
-        across = triple_scores(
-            seam, self._model_at[self.rate], max_skip=reach, n_neighbors=self.n_neighbors, score=self.score
-        )[reach]
-        start, end = control.end_costs(allowed)
-        best: FramePath | None = None
-        for step in range(1, reach + 1):
-            if not (start[step - 1] == 0 and end[step - 1] == 0):
-                continue
-            only = np.full(max_skip, np.inf)
-            only[step - 1] = 0.0
-            seamed = np.full(max_skip, np.inf)
-            seamed[step - 1] = across[step - 1, step - 1]
-            try:
-                path = shortest_path(
-                    scores, n_output=n_output, anchors=anchors, start_cost=only, end_cost=seamed, search=search
-                )
-            except InfeasibleWarpError:
-                continue
-            if best is None or path.total < best.total:
-                best = path
-        if best is None:
-            raise InfeasibleWarpError(
-                "no path begins and ends at one speed between these keytimes: loosen a lock, a tangent or a speed "
-                "limit, or give the output a frame more"
-            )
-        return best
+        around = np.concatenate([poses[len(poses) - 1 - reach : -1], poses[: reach + 1]])
+        scores = triple_scores(
+            around, self._model_at[self.rate], max_skip=reach, n_neighbors=self.n_neighbors, score=self.score
+        )
+        costs = np.full(max_skip, np.inf)
+        costs[:reach] = np.diagonal(scores[reach])
+        return costs
 
     def _heuristic(
         self,
@@ -453,7 +479,7 @@ class Session:
         path = shortest_path(
             scores,
             n_output=n_output,
-            anchors=_with_feasible(anchors, list(found), max_skip),
+            anchors=_with_feasible(anchors, list(found), allowed),
             start_cost=start,
             end_cost=end,
         )
@@ -474,6 +500,80 @@ class Session:
         return self._model_at[rate]
 
 
+@dataclass(frozen=True)
+class _Wishes:
+    """What is asked for beside keytimes."""
+
+    duration: float
+    locks: tuple[Lock, ...]
+    tangents: bool
+    slowest: float
+    fastest: float
+
+    @property
+    def any(self) -> bool:
+        return bool(self.locks) or self.tangents or self.slowest > 0 or self.fastest < math.inf
+
+    def locked(self, reduction: Reduction, max_skip: int) -> tuple[LockedSpan, ...]:
+        return control.locked_spans(reduction, max_skip, self.duration, self.locks)
+
+    def allowed(self, reduction: Reduction, max_skip: int) -> BoolArray:
+        locked = self.locked(reduction, max_skip)
+        return control.allowed_steps(reduction, max_skip, locked=locked, slowest=self.slowest, fastest=self.fastest)
+
+    def __str__(self) -> str:
+        words = ["the locks"] if self.locks else []
+        words += ["the tangents"] if self.tangents else []
+        words += ["the speed limits"] if self.slowest > 0 or self.fastest < math.inf else []
+        return " and ".join(words)
+
+
+def _check_loop(keytimes: Sequence[Keytime], search: str) -> None:
+    """Refuse a loop whose ends can't agree in speed."""
+    if search == "heuristic":
+        raise OptionError("the heuristic search can't keep a loop: use search='priced'")
+    first, last = (np.sign(b.input_time - a.input_time) for a, b in (keytimes[:2], keytimes[-2:]))
+    if first != last:
+        words = {1.0: "plays forward", 0.0: "holds", -1.0: "runs backward"}
+        raise OptionError(
+            f"a loop needs the same direction at both ends: it {words[float(first)]} at first and "
+            f"{words[float(last)]} at last"
+        )
+    speeds = [key.speed for key in (keytimes[0], keytimes[-1])]
+    if None not in speeds and speeds[0] != speeds[1]:
+        raise OptionError(f"a loop has one speed at its seam: found {speeds[0]:g} at first and {speeds[1]:g} at last")
+
+
+def _loop(
+    scores: FloatArray,
+    allowed: BoolArray,
+    seam: FloatArray,
+    anchors: Sequence[tuple[int, int]],
+    n_output: int | tuple[int, int] | None,
+    search: str,
+) -> FramePath:
+    """Search once for each first step: the last one must equal it, and the triple across the seam costs too."""
+    start, end = control.end_costs(allowed)
+    found: list[FramePath] = []
+    for step in np.flatnonzero(np.isfinite(start + end + seam)).tolist():
+        only, seamed = np.full((2, len(seam)), np.inf)
+        only[step], seamed[step] = 0.0, seam[step]
+        # Some of these searches have no path; all of them failing is what counts.
+        with contextlib.suppress(InfeasibleWarpError):
+            found.append(
+                shortest_path(
+                    scores, n_output=n_output, anchors=anchors, start_cost=only, end_cost=seamed, search=search
+                )
+            )
+    if not found:
+        raise InfeasibleWarpError(
+            "no path begins and ends at one speed between these keytimes: loosen a lock, a tangent or a speed "
+            "limit, or give the output a frame more"
+        )
+    best = min(found, key=lambda path: path.total)
+    return replace(best, lower_bound=min(path.lower_bound for path in found))
+
+
 def _coarse_grid(n_frames: int, every: int) -> IntArray:
     """About every so many frames, both ends included."""
     return np.round(np.linspace(0, n_frames - 1, max(2, round((n_frames - 1) / every) + 1))).astype(np.int64)
@@ -484,7 +584,7 @@ def _nearest(grid: IntArray, value: int) -> int:
 
 
 def _with_feasible(
-    anchors: Sequence[tuple[int, int]], more: Sequence[tuple[int, int]], max_skip: int
+    anchors: Sequence[tuple[int, int]], more: Sequence[tuple[int, int]], allowed: BoolArray
 ) -> list[tuple[int, int]]:
     """Add those anchors that leave a way to their neighbours."""
     merged = sorted(anchors)
@@ -493,7 +593,7 @@ def _with_feasible(
         if place in (0, len(merged)):
             continue
         (p0, j0), (p1, j1) = merged[place - 1], merged[place]
-        if 0 < p - p0 <= j - j0 <= max_skip * (p - p0) and 0 < p1 - p <= j1 - j <= max_skip * (p1 - p):
+        if control.steps_fit(allowed[j0:j], p - p0) and control.steps_fit(allowed[j:j1], p1 - p):
             merged.insert(place, (p, j))
     return merged
 
@@ -543,11 +643,15 @@ def _as_references(
     return [Reference(clips)] if n_clips > 1 else [Reference(clip) for clip in clips]
 
 
-def smooth_steps(steps: Warp, window: float, rate: float, *, loop: bool = False) -> Warp:
-    """Smooth a staircase, with a knot at every output frame of the motion that it will be applied to."""
+def smooth_steps(steps: Warp, window: float, rate: float, *, keep: ArrayLike = (), loop: bool = False) -> Warp:
+    """Smooth a staircase, with a knot at every output frame of the motion that it will be applied to.
+
+    It stays as it is at the output times `keep`.
+    """
     n_knots = round(steps.output_duration * rate) + 1
     times = np.append(steps.output_start + np.arange(n_knots - 1) / rate, steps.output_end)
-    return steps.smooth(window, at=add_times(steps.output_times, times) if window == 0 else times, loop=loop)
+    at = add_times(steps.output_times, times) if window == 0 else times
+    return steps.smooth(window, at=at, keep=keep, loop=loop)
 
 
 class Clock:
