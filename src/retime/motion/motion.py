@@ -133,8 +133,8 @@ class Motion:
         self._refuse_non_finite("translation", translations)
         if not (isinstance(self.rate, Fraction) and self.rate > 0):
             raise InvalidMotionError(f"expected an exact rate above 0 (a Fraction), found {self.rate!r}")
-        length = np.sqrt(np.einsum("fjc,fjc->fj", rotations, rotations))
-        if np.any(np.abs(length - 1.0) > 1e-12):
+        squares = np.einsum("fjc,fjc->fj", rotations, rotations)
+        if squares.min() < 1.0 - 2e-12 or squares.max() > 1.0 + 2e-12:
             zero = ~np.any(rotations, axis=-1)
             if np.any(zero):
                 frame, joint = (int(i) for i in np.argwhere(zero)[0])
@@ -157,7 +157,8 @@ class Motion:
             object.__setattr__(self, name, view)
 
     def _refuse_non_finite(self, what: str, values: FloatArray) -> None:
-        if np.isfinite(values).all():
+        # The least and the greatest number tell, without an array of answers; one that is NaN is both.
+        if np.isfinite(values.min()) and np.isfinite(values.max()):
             return
         frame, joint, _ = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
         raise InvalidMotionError(
@@ -220,15 +221,18 @@ class Motion:
             `n` frames, at this motion's rate whatever the spacing of the times: the caller says what they mean.
         """
         before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
-        rotations = self.rotations[before]
-        translations = self.local_translations[before]
-        between = np.flatnonzero(fraction)
-        if len(between):
-            share = fraction[between]
-            rotations[between] = rotation.slerp(rotations[between], self.rotations[after[between]], share[:, None])
-            translations[between] += share[:, None, None] * (
-                self.local_translations[after[between]] - translations[between]
-            )
+        whole, between = np.flatnonzero(fraction == 0), np.flatnonzero(fraction)
+        earlier, later, share = before[between], after[between], fraction[between]
+        rotations = np.empty((len(fraction), *self.rotations.shape[1:]))
+        rotations[whole] = self.rotations[before[whole]]
+        rotations[between] = rotation.slerp(self.rotations[earlier], self.rotations[later], share[:, None])
+        start, step = self.local_translations[earlier], self.local_translations[later]
+        step -= start
+        step *= share[:, None, None]
+        step += start
+        translations = np.empty((len(fraction), *start.shape[1:]))
+        translations[whole] = self.local_translations[before[whole]]
+        translations[between] = step
         angles = self.declared_angles
         if angles is not None:
             angles = angles[np.where(fraction < 0.5, before, after)]

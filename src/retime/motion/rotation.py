@@ -26,16 +26,16 @@ def identity(*shape: int) -> FloatArray:
 
 def normalize(q: ArrayLike) -> FloatArray:
     """Scale quaternions (..., 4) to unit length; raise ZeroDivisionError where one has no direction."""
-    q = np.asarray(q, dtype=np.float64)
-    squares = np.einsum("...c,...c->...", q, q)
+    scaled: FloatArray = np.asarray(q, dtype=np.float64)
+    squares = np.einsum("...c,...c->...", scaled, scaled)
     if squares.size and not (squares.min() > 1e-200 and squares.max() < 1e200):
         # By a power of two first, which is exact: the squares of very long or short ones overflow or vanish.
-        _, exponent = np.frexp(np.max(np.abs(q), axis=-1, keepdims=True))
-        q = np.ldexp(q, -exponent)
-        squares = np.einsum("...c,...c->...", q, q)
+        _, exponent = np.frexp(np.max(np.abs(scaled), axis=-1, keepdims=True))
+        scaled = np.ldexp(scaled, -exponent)
+        squares = np.einsum("...c,...c->...", scaled, scaled)
         if not np.all((squares > 0) & np.isfinite(squares)):
             raise ZeroDivisionError("a quaternion of length 0, or that is not finite, is no rotation")
-    unit: FloatArray = q / np.sqrt(squares)[..., None]
+    unit: FloatArray = scaled / np.sqrt(squares)[..., None]
     return unit
 
 
