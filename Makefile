@@ -42,7 +42,7 @@ types: $(LOCKED)
 	$(PY) -m mypy
 
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
-	set -e; for script in tools/make_*.py; do $(PY) $$script; done
+	set -e; for script in tools/make_*.py examples/features.py; do $(PY) $$script; done
 
 bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py
 	set -e; for script in benchmarks/bench_*.py; do $(PY) $$script; done
