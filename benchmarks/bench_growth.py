@@ -1,0 +1,193 @@
+"""Time how scores and search grow, in n, m, r, s and threads; their memory; and what share of the machine they reach.
+
+    python benchmarks/bench_growth.py [--quick] [--results FOLDER]
+
+The machine's peaks are measured in the same run. n: input frames, m: output frames, r: reference frames, s: max_skip.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import clips
+from measure import Bench, Task, arguments, exponent, machine, n_cores, ratio, save, summary, take_turns
+
+# Poses of the captures have 90 numbers; of the sample clip, fewer.
+SKIP = 8
+
+
+class Growth:
+    """Measurements that share a bench and a long take."""
+
+    def __init__(self, bench: Bench, quick: bool) -> None:
+        self.bench, self.quick = bench, quick
+        self.longest = 480 if quick else 48_000
+        self.take = clips.long_take(self.longest)
+        self.reference = clips.long_take(60 if quick else 1000, seed=7)
+        self.rounds, self.seconds = (2, 0.01) if quick else (7, 1.0)
+        self.case = bench.case("growth", self.take, self.reference)
+        self.mirror = bench.case("mirror", self.reference, self.take)
+
+    def scale(self, *sizes: int) -> list[int]:
+        """The sizes, or a hundredth of them."""
+        return [max(30, size // 100) for size in sizes] if self.quick else list(sizes)
+
+    def turns(self, tasks: dict[Any, Task]) -> dict[str, dict[str, Any]]:
+        """Time tasks in turns, and forget them."""
+        found = summary(
+            take_turns({str(key): task for key, task in tasks.items()}, rounds=self.rounds, seconds=self.seconds)
+        )
+        for task in tasks.values():
+            task.drop()
+        return found
+
+    def path_in_n(self) -> dict[str, Any]:
+        """Search takes of growing length, m = 0.6 n; the layered recurrence for the shorter ones."""
+        scores = self.bench.scores("growth", self.case, SKIP)
+        sizes = self.scale(3000, 6000, 12_000, 24_000, 48_000)
+        worker = self.bench.worker(1)
+        found: dict[str, Any] = {
+            "n_input": sizes,
+            "n_output": [round(0.6 * n) for n in sizes],
+            "r": len(self.reference),
+        }
+        for search, some in (("priced", sizes), ("layered", sizes[:3])):
+            tasks = {
+                n: worker.task("retime_path", scores=scores, n_input=n, n_output=round(0.6 * n), search=search)
+                for n in some
+            }
+            times = take_turns({str(n): task for n, task in tasks.items()}, rounds=self.rounds, seconds=self.seconds)
+            figures = summary(times)
+            seconds = [figures[str(n)]["median"] for n in some]
+            least = [figures[str(n)]["min"] for n in some]
+            found[search] = {
+                "seconds": seconds, "least": least,
+                "exponent": exponent(some, seconds), "exponent_of_least": exponent(some, least),
+                "facts": [tasks[n].facts() for n in some],
+                "peak_bytes": [
+                    self.bench.peak(1, "retime_path", scores=scores, n_input=n, n_output=round(0.6 * n), search=search)
+                    for n in some
+                ],
+            }  # fmt: skip
+            for task in tasks.values():
+                task.drop()
+        return found
+
+    def path_in_m(self) -> dict[str, Any]:
+        """Search one take for growing lengths of the output."""
+        n = self.scale(6000)[0]
+        scores = self.bench.scores("growth", self.case, SKIP)
+        lengths = [round(share * n) for share in (0.2, 0.4, 0.6, 0.8, 0.95)]
+        worker = self.bench.worker(1)
+        figures = self.turns({m: worker.task("retime_path", scores=scores, n_input=n, n_output=m) for m in lengths})
+        return {"n_input": n, "n_output": lengths, "seconds": [figures[str(m)]["median"] for m in lengths]}
+
+    def path_in_s(self) -> dict[str, Any]:
+        """Search one take with growing max_skip."""
+        n = self.scale(3000)[0]
+        skips, worker = [4, 8, 12, 16, 24], self.bench.worker(1)
+        case = self.bench.case("skips", self.take[:n], self.reference[: max(30, len(self.reference) // 4)])
+        tasks = {
+            s: worker.task("retime_path", scores=self.bench.scores("skips", case, s), n_output=round(0.6 * n))
+            for s in skips
+        }
+        figures = self.turns(tasks)
+        return {"n_input": n, "max_skip": skips, "seconds": [figures[str(s)]["median"] for s in skips]}
+
+    def scores(self, what: str, sizes: list[int]) -> dict[str, Any]:
+        """Score with growing n, r or s; the others stay at 500, 500 and 8."""
+        fixed = 30 if self.quick else 500
+        worker, tasks = self.bench.worker(1), {}
+        arguments: dict[int, dict[str, Any]] = {}
+        for size in sizes:
+            n, r = (size if what == "n" else fixed), (size if what == "r" else fixed)
+            case = self.bench.case(f"{what}{size}", self.take[:n], clips.long_take(r, seed=3))
+            arguments[size] = {"case": case, "max_skip": size if what == "s" else SKIP}
+            tasks[size] = worker.task("retime", **arguments[size])
+        figures = self.turns(tasks)
+        seconds = [figures[str(size)]["stages"]["scores"] for size in sizes]
+        found = {what: sizes, "seconds": seconds, "exponent": exponent(sizes, seconds)}
+        if what == "r":
+            found["peak_bytes"] = [self.bench.peak(1, "retime", **arguments[size]) for size in sizes]
+        return found
+
+    def threads(self) -> dict[str, Any]:
+        """Score and search on one thread and on all cores, in turns."""
+        n = self.scale(2000)[0]
+        case = self.bench.case("threads", self.take[:n], self.take[:n])
+        tasks = {
+            threads: self.bench.worker(threads).task("retime", case=case, max_skip=SKIP, n_output=round(0.6 * n))
+            for threads in sorted({1, n_cores()})
+        }
+        times = take_turns({str(k): task for k, task in tasks.items()}, rounds=self.rounds, seconds=3 * self.seconds)
+        most = str(max(tasks))
+        return {
+            "n_input": n, "n_reference": n, "seconds": summary(times),
+            "scores_ratio": ratio(times, "1", most, stage="scores"), "path_ratio": ratio(times, "1", most, stage="path"),
+        }  # fmt: skip
+
+    def roofline(self) -> dict[str, Any]:
+        """Measure the machine's peaks, and the scores and search beside them, all on one thread."""
+        worker, side = self.bench.worker(1), 256 if self.quick else 1536
+        n = self.scale(1000)[0]
+        far, near = (1 << 20, 1 << 16) if self.quick else (1 << 28, 1 << 18)
+        inputs = self.take[:n]
+        case = self.bench.case("roofline", inputs, inputs)
+        scores = self.bench.scores("roofline", case, SKIP)
+        n_row, repeats = 2048, 2000
+        copies = max(1, far // near // 4)
+        found = self.turns({
+            "gemm": worker.task("gemm", size=side),
+            "memory": worker.task("copy", n_bytes=far, repeats=1),
+            "cache": worker.task("copy", n_bytes=near, repeats=copies),
+            "subtract": worker.task("subtract", n_numbers=n_row, repeats=repeats),
+            "retime": worker.task("retime", case=case, max_skip=SKIP),
+            "products": worker.task("products", case=case),
+            "path": worker.task("retime_path", scores=scores, n_output=round(0.6 * n)),
+        })  # fmt: skip
+        least = {name: figures["min"] for name, figures in found.items()}
+        # A triple meets each inner reference frame with one subtraction and one comparison.
+        pairs = sum(n - a - b for a in range(1, SKIP + 1) for b in range(1, SKIP + 1)) * (n - 2)
+        loop = least["retime"] - least["products"]
+        sweep_bytes = 8 * n * SKIP * SKIP
+        return {
+            "n_input": n, "n_reference": n, "max_skip": SKIP, "n_numbers": inputs.shape[1],
+            "peak_gflops": 2 * side**3 / least["gemm"] / 1e9,
+            "memory_gbytes": 2 * far / least["memory"] / 1e9,
+            "cache_gbytes": 2 * near * copies / least["cache"] / 1e9,
+            "subtract_gflops": n_row * repeats / least["subtract"] / 1e9,
+            "scores_seconds": least["retime"],
+            "products_seconds": least["products"],
+            "products_gflops": 6 * n * n * inputs.shape[1] / least["products"] / 1e9,
+            "pairs": pairs,
+            "loop_gflops": 2 * pairs / loop / 1e9,
+            "loop_gbytes": 4 * pairs / loop / 1e9,
+            "path_seconds": least["path"],
+            "path_sweeps": least["path"] / (sweep_bytes / (2 * far / least["memory"])),
+            "path_gbytes_one_sweep": sweep_bytes / least["path"] / 1e9,
+        }  # fmt: skip
+
+
+def main() -> None:
+    """Run, print, and save growth.json."""
+    options = arguments("Time growth in n, m, r, s and threads; memory; the machine's peaks.")
+    results: dict[str, Any] = {"machine": machine(), "motion": clips.source()}
+    print(f"Motion: {results['motion']}.")
+    with Bench() as bench:
+        growth = Growth(bench, options.quick)
+        results["roofline"] = growth.roofline()
+        results["threads"] = growth.threads()
+        results["path_in_n"] = growth.path_in_n()
+        results["path_in_m"] = growth.path_in_m()
+        results["path_in_s"] = growth.path_in_s()
+        results["scores_in_n"] = growth.scores("n", growth.scale(500, 1000, 2000, 4000, 8000))
+        results["scores_in_r"] = growth.scores("r", growth.scale(500, 1500, 5000, 16_000, 48_000))
+        results["scores_in_s"] = growth.scores("s", [2, 4, 8, 12, 16])
+    for name, found in results.items():
+        print(f"{name}: {found}")
+    if options.results:
+        print("wrote", save("growth", results, options.results))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,130 @@
+"""Features of real motion at given sizes: from ../shared/mocap where it is, else from the sample that ships with retime.
+
+The pose vectors are those that `retime warp` would search with: joints in the root's space, low-passed, read at 30 Hz.
+"""
+
+from __future__ import annotations
+
+import warnings
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import retime
+from retime.motion.motion import Motion
+from retime.warp.features import Track, pose_vectors
+
+Poses = NDArray[np.float64]
+MOCAP = Path(__file__).resolve().parents[1] / "../shared/mocap"
+RATE = 30.0
+CUTOFF = 4.0
+TIME_SCALE = 0.1
+
+
+class Size(NamedTuple):
+    """A row of the paper's Table 1, with a clip like the paper's: (file, first second, last second)."""
+
+    n_input: int
+    n_output: int
+    n_reference: int
+    max_skip: int
+    input: tuple[str, float, float]
+    reference: tuple[str, float, float]
+
+
+def _whole(file: str) -> tuple[str, float, float]:
+    return file, 0.0, np.inf
+
+
+SIZES = {
+    "V1": Size(493, 280, 493, 8, _whole("cmu-bvh/05_18.bvh"), _whole("cmu-bvh/05_18.bvh")),
+    "V2": Size(316, 180, 316, 10, _whole("cmu-bvh/05_08.bvh"), _whole("cmu-bvh/05_08.bvh")),
+    "V3": Size(378, 180, 378, 8, _whole("cmu-bvh/49_20.bvh"), _whole("cmu-bvh/49_20.bvh")),
+    "V4": Size(486, 320, 486, 8, ("cmu-asfamc/86_01.amc", 0.0, 16.5), ("cmu-asfamc/86_01.amc", 0.0, 16.5)),
+    "V5": Size(401, 150, 101, 4, _whole("cmu-bvh/02_04.bvh"), _whole("cmu-bvh/02_04.bvh")),
+    "V6": Size(601, 301, 301, 8, ("bvh-other/Boxing_Toes.bvh", 0.0, 5.0), ("bvh-other/Boxing_Toes.bvh", 5.0, 15.0)),
+    "V7": Size(573, 143, 45, 8, ("cmu-bvh/29_01.bvh", 0.0, 4.8), _whole("cmu-bvh/35_17.bvh")),
+    "V8": Size(1524, 590, 91, 8, ("cmu-bvh/49_02.bvh", 0.0, 12.7), ("cmu-bvh/49_02.bvh", 13.0, 16.0)),
+}
+
+
+def source() -> str:
+    """Say where the motion comes from."""
+    return "the captures in ../shared/mocap" if MOCAP.is_dir() else "the sample clip that ships with retime, with noise"
+
+
+@cache
+def _track(file: str) -> Track:
+    """One clip's pose vectors; without the T-pose that many CMU files begin with."""
+    with warnings.catch_warnings():
+        # What is odd in these files is known.
+        warnings.simplefilter("ignore", retime.RetimeWarning)
+        motion = retime.read(MOCAP / file)
+    assert isinstance(motion, Motion)
+    return Track(pose_vectors(motion)[1:], motion.rate)
+
+
+@cache
+def _sample_track() -> Track:
+    motion = retime.sample()
+    return Track(pose_vectors(motion), motion.rate)
+
+
+def clip(n_frames: int, file: str, first: float, last: float, *, seed: int = 0) -> Poses:
+    """Read a part of a clip at so many frames."""
+    if not MOCAP.is_dir():
+        return long_take(n_frames, seed=seed)
+    track = _track(file)
+    return track.at(np.linspace(first, min(last, track.duration), n_frames), CUTOFF)
+
+
+def table_size(name: str) -> tuple[Size, Poses, Poses]:
+    """Return a row of Table 1, its input and its reference."""
+    size = SIZES[name]
+    inputs = clip(size.n_input, *size.input)
+    if size.n_reference == size.n_input and size.input == size.reference:
+        return size, inputs, inputs
+    return size, inputs, clip(size.n_reference, *size.reference, seed=1)
+
+
+def long_take(n_frames: int, *, seed: int = 0) -> Poses:
+    """Join clips into a take of any length.
+
+    Each pass goes through all clips in another order and plays each at another speed. Joins are blended over eight
+    frames, and a thousandth of each number's spread is added as noise, so that no two frames are alike.
+    """
+    generator = np.random.default_rng(seed)
+    files = sorted((MOCAP / "cmu-bvh").glob("*.bvh")) if MOCAP.is_dir() else []
+    tracks = [_track(str(file.relative_to(MOCAP))) for file in files] or [_sample_track()]
+    parts: list[Poses] = []
+    total = 0
+    while total < n_frames:
+        for which in generator.permutation(len(tracks)):
+            step = generator.uniform(0.8, 1.25) / RATE
+            part = tracks[which].at(np.arange(0, tracks[which].duration, step), CUTOFF)
+            if parts:
+                share = np.linspace(0, 1, min(9, len(part)))[:-1, None]
+                part[: len(share)] = (1 - share) * parts[-1][-1] + share * part[: len(share)]
+            parts.append(part)
+            total += len(part)
+            if total >= n_frames:
+                break
+    take = np.concatenate(parts)[:n_frames]
+    return np.ascontiguousarray(take + generator.normal(scale=1e-3, size=take.shape) * take.std(axis=0))
+
+
+def motion(n_frames: int) -> Motion:
+    """Return a motion at 120 Hz: hops and jumps of a capture, or the sample clip played forward and backward."""
+    file = MOCAP / "cmu-bvh/49_02.bvh"
+    if file.exists():
+        found = retime.read(file)
+        assert isinstance(found, Motion)
+        return found.frames(1, 1 + n_frames)
+    sample = retime.sample()
+    span = float(sample.duration)
+    times = np.arange(n_frames) / 120.0
+    return sample.at(span - np.abs(times % (2 * span) - span)).with_rate(Fraction(120))
