@@ -44,8 +44,9 @@ types: $(LOCKED)
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py; do $(PY) $$script; done
 
-bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py
+bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py; write docs/performance.md
 	set -e; for script in benchmarks/bench_*.py; do $(PY) $$script; done
+	$(PY) tools/make_performance.py
 
 # --universal: one file for every Python and system. No address of a registry: pip finds the files where its user says.
 UV_LOCK = $(PY) -m uv pip compile pyproject.toml --quiet $(UPGRADE) --universal --python-version 3.11 --generate-hashes \

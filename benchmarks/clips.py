@@ -1,4 +1,4 @@
-"""Features of real motion at given sizes: from ../shared/mocap where it is, else from the sample that ships with retime.
+"""Features of real motion at given sizes: from ../shared/mocap where it is, else from the sample clip.
 
 The pose vectors are those that `retime warp` would search with: joints in the root's space, low-passed, read at 30 Hz.
 """

@@ -1,8 +1,8 @@
 """How the benchmarks measure: processes of their own that take turns, and what is made of their times.
 
-Contenders take turns (A B A B ...), so that a busy machine slows all of them. Each runs in a worker process whose number
-of threads was set before NumPy was imported. A ratio is that of the medians; its spread are the quartiles of the ratios
-of single rounds.
+Contenders take turns (A B A B ...), so that a busy machine slows all of them. Each runs in a worker process whose
+number of threads was set before NumPy was imported. A ratio is that of the medians; its spread are the quartiles of the
+ratios of single rounds.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ Times = dict[str, list[dict[str, float]]]
 def take_turns(
     contenders: Mapping[str, Callable[[], dict[str, float]]], *, rounds: int, seconds: float, warm: bool = True
 ) -> Times:
-    """Run all contenders in turns, once before they count; one that has used up its seconds is left out after two runs."""
+    """Run all in turns, once before they count; one that has used up its seconds is left out after two runs."""
     times: Times = {name: [] for name in contenders}
     spent = dict.fromkeys(contenders, 0.0)
     for turn in range(-1 if warm else 0, rounds):
@@ -186,7 +186,14 @@ def summary(times: Times) -> dict[str, dict[str, Any]]:
     for name, runs in times.items():
         totals = [run["total"] for run in runs]
         stages = {stage: float(np.median([run[stage] for run in runs])) for stage in runs[0] if stage != "total"}
-        found[name] = {"median": float(np.median(totals)), "min": min(totals), "runs": len(totals), "stages": stages}
+        least = {stage: min(run[stage] for run in runs) for stage in stages}
+        found[name] = {
+            "median": float(np.median(totals)),
+            "min": min(totals),
+            "runs": len(totals),
+            "stages": stages,
+            "stages_min": least,
+        }
     return found
 
 
@@ -232,7 +239,7 @@ class Peak:
 
 
 def machine() -> dict[str, Any]:
-    """What the figures were measured with: no names, only what they depend on."""
+    """Say what the figures were measured with: no names, only what they depend on."""
     versions = {}
     for package in PACKAGES:
         try:

@@ -76,7 +76,7 @@ def scores_by(
 
 
 def numpy_path(scores: Floats, n_output: int) -> tuple[Ints, float]:
-    """Find the best path by the layered recurrence, one layer a NumPy step; (k, b) stands for frame k reached by step b."""
+    """Find the best path by the layered recurrence, one layer a step; (k, b) is frame k reached by step b."""
     n_input, max_skip, _ = scores.shape
     cost = np.full((n_input, max_skip), np.inf)
     for b in range(1, max_skip + 1):

@@ -15,9 +15,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-
 import peers
 from measure import Peak
+
 from retime import Motion, Session, apply_warp, guided_warp, read, write
 from retime.kernels import backend
 from retime.warp.features import difference_scales
@@ -181,7 +181,7 @@ def peer(case: str, *, max_skip: int, library: str, n_output: int | None = None,
 
 
 def gdtw(case: str, *, n_output: int) -> Run:
-    """Align the input's first principal component with an evenly shortened copy of it by gdtw, at its own choice of grid."""
+    """Align the input's first principal component with an evenly shortened copy of it, on gdtw's own grid."""
     import gdtw as library
 
     inputs, _ = _poses(case)

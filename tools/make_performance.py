@@ -1,0 +1,297 @@
+"""Write docs/performance.md and its plots from the newest results in benchmarks/results ("make bench" makes them).
+
+Usage: python tools/make_performance.py
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "benchmarks" / "results"
+PAGE = ROOT / "docs" / "performance.md"
+IMAGES = ROOT / "docs" / "images"
+PEER = "scikit-learn brute + NumPy"
+ALONE = "retime, one thread"
+CONDITIONAL = "retime, conditional, one thread"
+
+_HEAD = """\
+# Performance
+
+Generated from `benchmarks/results/{version}` by `tools/make_performance.py`; `make bench` measures again and rewrites
+both. {how}
+
+A *ratio* compares two contenders of one run that took turns; it is that of the medians. Behind it, in brackets, are the
+quartiles of the ratios of single rounds. Absolute times belong to the machine they were measured on.
+"""
+
+_TARGETS = """
+## Targets
+
+| what | target | measured | |
+|---|---|---|---|
+{rows}
+
+* The V1 yardstick is what a user would build: feature vectors of all triples in NumPy, scikit-learn's brute-force k-NN
+  on all cores, the layered recurrence in NumPy. retime runs on one thread.
+* Memory is the peak of a fresh process above what it held with its data loaded. For the path, the scores are added.
+* *Shuffled* is the same scoring with the reference's frames in random order. The scores are the same, but neighbouring
+  frames are no longer close together, so that nothing learnt from one frame says anything of the next.
+"""
+
+_SIZES = """
+## The eight sizes of Table 1
+
+Scores and path, {motion}. n, m, r: frames of the input, the output and the reference; s: `max_skip`; k = 3
+neighbours. The peer is scikit-learn's brute force on all cores and a NumPy recurrence; the ratio is its time to that of
+retime's joint score and path on one thread.
+
+| | n | m | r | s | scores, ms | path, ms | conditional, ms | all cores, ms | peer, ms | ratio |
+|---|---|---|---|---|---|---|---|---|---|---|
+{rows}
+
+![Times of the eight sizes](images/performance_sizes.svg)
+
+### All peers at V1's size
+
+| | ms | least | what it does |
+|---|---|---|---|
+{peers}
+
+{left_out}"""
+
+_DOES = {
+    ALONE: "joint scores, priced search",
+    "retime, all cores": "the same",
+    CONDITIONAL: "conditional scores, priced search",
+    "retime, layered, one thread": "joint scores, layered recurrence (compiled)",
+    "retime, NumPy backend, one thread": "where nothing could be compiled: joint scores, layered recurrence",
+    PEER: "joint scores on all cores, layered recurrence",
+    "scikit-learn k-d tree": "joint scores alone, all cores; every 20th triple, times 20",
+    "scipy cKDTree": "joint scores alone, all cores; every 20th triple, times 20",
+    "faiss flat": "joint scores alone, all cores, single precision",
+    "NumPy recurrence": "path alone",
+    "Numba recurrence": "path alone, one thread, compiled before",
+    "gdtw": "the nearest relative: aligns one number with a given shorter signal; another problem of like size",
+}
+
+_GROWTH = """
+## Growth
+
+One thread. Takes are joined from real clips, each pass in another order and at other speeds, with a thousandth of
+noise.
+
+![Growth in n, m, r and s](images/performance_growth.svg)
+
+| path, m = 0.6 n, s = 8 | {sizes} | exponent |
+|---|{dashes}---|
+{path}
+
+* Scores grow with n to the power {scores_n:.2f}, with r to the power {scores_r:.2f}, with s to the power
+  {scores_s:.2f}.
+* Memory that the scores take for n = {fixed}: {memory}.
+* {cores} cores against one at n = r = {threads_n}: scores {threads_scores}; the search runs on one thread.
+"""
+
+_ROOFLINE = """
+## Against the machine's peak
+
+All on one thread, in one run, least times; n = r = {n_input}, s = {max_skip}, {n_numbers} numbers a pose.
+
+| what | reached | of this machine's |
+|---|---|---|
+| three matrix products, 6 n r d operations | {products_gflops:.0f} GFLOP/s | \
+{products_share} of a large `sgemm`, {peak_gflops:.0f} GFLOP/s |
+| the loop over triples and reference frames, 2 operations each | {loop_gflops:.1f} GFLOP/s | \
+{loop_share} of the same |
+| the same, reading 8 bytes each | {loop_gbytes:.1f} GB/s | \
+{loop_bytes_share} of a copy within the cache, {cache_gbytes:.0f} GB/s |
+| search, as if it read the scores once | {path_gbytes_one_sweep:.2f} GB/s | \
+{path_share} of a copy in memory, {memory_gbytes:.1f} GB/s |
+
+A triple meets each reference frame with one subtraction and one comparison. The loop's time is that of the
+scores ({scores_ms:.1f} ms for {pairs:.3g} pairs) less that of the products ({products_ms:.1f} ms), so it also holds what isn't the
+loop: rows prepared, limits guessed, survivors ranked again in double precision. `sgemm` does a multiplication and an
+addition with one instruction, on operands that stay in registers. Here the two operations are two instructions, and
+each pair loads two numbers of its own from the cache: a quarter to a half of the `sgemm` peak is the most that such a
+loop can reach.
+
+The search took as long as a copy would need to read the scores {path_sweeps:.0f} times. It sweeps them once for each
+price it tries, each vertex waits for the ones before it, and the labels of the last pass are scattered: latency binds it, not
+width.
+"""
+
+
+def main() -> None:
+    """Write the page and its plots."""
+    results = newest()
+    PAGE.write_text(page(results), encoding="utf-8")
+    draw(results)
+
+
+def newest() -> dict[str, Any]:
+    """Load the results of the last release that has some."""
+    folder = max(RESULTS.iterdir(), key=lambda folder: [int(part) for part in folder.name.split(".") if part.isdigit()])
+    found = {name: json.loads((folder / f"{name}.json").read_text()) for name in ("sizes", "growth", "targets")}
+    return {"version": folder.name, **found}
+
+
+def page(results: Mapping[str, Any]) -> str:
+    """Return the text of docs/performance.md."""
+    sizes, growth, targets = results["sizes"], results["growth"], results["targets"]
+    machine = sizes["machine"]
+    packages = ", ".join(f"{name} {version}" for name, version in machine["packages"].items())
+    how = (
+        f"Measured on {machine['cores']} cores ({machine['system']}, {', '.join(machine['simd'])}; "
+        f"load {machine['load_before']} when it began) with Python {machine['python']}, {packages}. The motion: {sizes['motion']}."
+    )
+    return (
+        _HEAD.format(version=results["version"], how=how)
+        + _TARGETS.format(rows="\n".join(map(_target, targets["rows"])))
+        + _sizes(sizes)
+        + _growth(growth)
+        + _roofline(growth["roofline"])
+    )
+
+
+def _target(row: Mapping[str, Any]) -> str:
+    verdict = "not measured" if row["met"] is None else "met" if row["met"] else "**not met**"
+    return f"| {row['what']} | {row['target'].replace('>=', '≥').replace('<=', '≤')} | {row['text']} | {verdict} |"
+
+
+def _sizes(sizes: Mapping[str, Any]) -> str:
+    rows = []
+    for name, row in sizes["sizes"].items():
+        found = row["contenders"]
+        cells = [name, row["n_input"], row["n_output"], row["n_reference"], row["max_skip"]]
+        cells += [_ms(found[ALONE]["stages"][stage]) for stage in ("scores", "path")]
+        cells += [_ms(found[label]["median"]) for label in (CONDITIONAL, "retime, all cores")]
+        if PEER in found:
+            ratio = row["ratios"][ALONE]
+            cells += [_ms(found[PEER]["median"]), f"{ratio['ratio']:.0f}x ({_range(ratio['quartiles'])})"]
+        else:
+            cells += ["", ""]
+        rows.append("| " + " | ".join(map(str, cells)) + " |")
+    peers = [
+        f"| {label} | {_ms(figures['median'])} | {_ms(figures['min'])} | {_DOES[label]} |"
+        for label, figures in sizes["sizes"]["V1"]["contenders"].items()
+    ]
+    left_out = "".join(f"* Left out: {peer}: {why}.\n" for peer, why in sizes["left_out"].items())
+    return _SIZES.format(rows="\n".join(rows), peers="\n".join(peers), motion=sizes["motion"], left_out=left_out)
+
+
+def _growth(growth: Mapping[str, Any]) -> str:
+    path, scores_r, threads = growth["path_in_n"], growth["scores_in_r"], growth["threads"]
+    lines = []
+    for search in ("priced", "layered"):
+        found = path[search]
+        empty = [""] * (len(path["n_input"]) - len(found["seconds"]))
+        cells = [*(f"{_ms(seconds)} ms" for seconds in found["seconds"]), *empty, f"{found['exponent']:.2f}"]
+        lines.append(f"| {search} | " + " | ".join(cells) + " |")
+        cells = [*(f"{peak / 1e6:.1f} MB" for peak in found["peak_bytes"]), *empty, ""]
+        lines.append(f"| {search}, memory | " + " | ".join(cells) + " |")
+    return _GROWTH.format(
+        sizes=" | ".join(f"n = {n:,}" for n in path["n_input"]),
+        dashes="---|" * len(path["n_input"]),
+        path="\n".join(lines),
+        scores_n=growth["scores_in_n"]["exponent"],
+        scores_r=scores_r["exponent"],
+        scores_s=growth["scores_in_s"]["exponent"],
+        fixed=growth["scores_in_n"]["n"][0],
+        memory=", ".join(
+            f"{peak / 1e6:.0f} MB at r = {r:,}"
+            for r, peak in zip(scores_r["r"], scores_r["peak_bytes"], strict=True)
+        ),
+        cores=growth["machine"]["cores"],
+        threads_n=threads["n_input"],
+        threads_scores=f"{threads['scores_ratio']['ratio']:.2f}x ({_range(threads['scores_ratio']['quartiles'])})",
+    )  # fmt: skip
+
+
+def _roofline(found: Mapping[str, Any]) -> str:
+    return _ROOFLINE.format(
+        **found,
+        products_share=_share(found["products_gflops"] / found["peak_gflops"]),
+        loop_share=_share(found["loop_gflops"] / found["peak_gflops"]),
+        loop_bytes_share=_share(found["loop_gbytes"] / found["cache_gbytes"]),
+        path_share=_share(found["path_gbytes_one_sweep"] / found["memory_gbytes"]),
+        scores_ms=found["scores_seconds"] * 1e3,
+        products_ms=found["products_seconds"] * 1e3,
+    )
+
+
+def _ms(seconds: float) -> str:
+    return f"{seconds * 1e3:,.{0 if seconds >= 0.1 else 1 if seconds >= 0.01 else 2}f}"
+
+
+def _range(quartiles: Sequence[float]) -> str:
+    low, high = quartiles
+    digits = 0 if high >= 10 else 2
+    return f"{low:.{digits}f} to {high:.{digits}f}"
+
+
+def _share(share: float) -> str:
+    return f"{share * 100:.{0 if share >= 0.1 else 1}f} %"
+
+
+def draw(results: Mapping[str, Any]) -> None:
+    """Write the plots."""
+    import matplotlib as mpl
+
+    mpl.use("svg")
+    import matplotlib.pyplot as plt
+
+    # The same figures give the same file.
+    mpl.rcParams.update(
+        {"svg.hashsalt": "retime", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+    )
+    labels = {ALONE: "retime", CONDITIONAL: "retime, conditional score", PEER: "scikit-learn (all cores) + NumPy"}
+    colors = {ALONE: "#0b6e99", CONDITIONAL: "#7fb8d0", PEER: "#b0b0b0"}
+    sizes = results["sizes"]["sizes"]
+    figure, axes = plt.subplots(figsize=(7.2, 2.8), layout="constrained")
+    for place, (label, text) in enumerate(labels.items()):
+        found = [(x, row["contenders"][label]) for x, row in enumerate(sizes.values()) if label in row["contenders"]]
+        heights = [figures["median"] * 1e3 for _, figures in found]
+        axes.bar([x + 0.27 * (place - 1) for x, _ in found], heights, 0.25, label=text, color=colors[label])
+    axes.set(yscale="log", ylabel="scores + path, ms", xticks=range(len(sizes)))
+    axes.set_xticklabels([f"{name}\nn = {row['n_input']}" for name, row in sizes.items()])
+    axes.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
+    _save(figure, "performance_sizes.svg")
+
+    growth = results["growth"]
+    figure, panels = plt.subplots(2, 2, figsize=(7.2, 5.2), layout="constrained")
+    path = growth["path_in_n"]
+    for search, color in (("priced", "#0b6e99"), ("layered", "#b0b0b0")):
+        found = path[search]
+        n = path["n_input"][: len(found["seconds"])]
+        panels[0, 0].plot(n, [1e3 * t for t in found["seconds"]], "o-", color=color, label=search, ms=4)
+        panels[0, 1].plot(n, [peak / 1e6 for peak in found["peak_bytes"]], "o-", color=color, label=search, ms=4)
+    panels[0, 0].set(xscale="log", yscale="log", xlabel="n (m = 0.6 n, s = 8)", ylabel="path, ms")
+    panels[0, 1].set(xscale="log", yscale="log", xlabel="n (m = 0.6 n, s = 8)", ylabel="path, MB")
+    panels[0, 0].legend(frameon=False)
+    for what, color in (("n", "#0b6e99"), ("r", "#c1531b"), ("s", "#3f7d20")):
+        found = growth[f"scores_in_{what}"]
+        start = found[what][0]
+        panels[1, 0].plot(
+            [size / start for size in found[what]], [1e3 * t for t in found["seconds"]], "o-", color=color, ms=4,
+            label=f"{what}, from {start}",
+        )  # fmt: skip
+    panels[1, 0].set(xscale="log", yscale="log", xlabel="times as large", ylabel="scores, ms")
+    panels[1, 0].legend(frameon=False)
+    lengths = growth["path_in_m"]
+    shares = [m / lengths["n_input"] for m in lengths["n_output"]]
+    panels[1, 1].plot(shares, [1e3 * t for t in lengths["seconds"]], "o-", color="#0b6e99", ms=4)
+    panels[1, 1].set(xlabel=f"m / n, n = {lengths['n_input']:,}", ylabel="path, ms", ylim=(0, None), xlim=(0, 1))
+    _save(figure, "performance_growth.svg")
+
+
+def _save(figure: Any, name: str) -> None:
+    IMAGES.mkdir(parents=True, exist_ok=True)
+    figure.savefig(IMAGES / name, metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    main()
