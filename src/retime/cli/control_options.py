@@ -14,7 +14,7 @@ import click
 from retime.cli.clip_options import PATH, parsed
 from retime.cli.sections import Option
 from retime.errors import OptionError
-from retime.motion.timecode import parse_length, parse_speeds, parse_time
+from retime.motion.timecode import parse_length, parse_speed, parse_speeds, parse_time
 
 if TYPE_CHECKING:
     from retime.warp.control import Lock
@@ -100,6 +100,47 @@ def _weight(text: str) -> tuple[str, float]:
         raise OptionError(f"expected a joint's weight such as LeftHand=2, found {text!r}")
     return name, weight
 
+
+# Input time, output time and, where one is given, playback speed.
+Key = tuple[str, str] | tuple[str, str, float]
+
+
+def _key(text: str) -> Key:
+    """Split a keytime at its signs; refuse what is no time."""
+    input_time, sign, rest = text.partition("=")
+    output_time, at, speed = rest.partition("@")
+    if not sign:
+        raise OptionError(f"expected input time = output time, such as 2.5=1.8 or 300f=0:01.800, found {text!r}")
+    for time in (input_time, output_time):
+        if parse_time(time, _SOME_RATE) < 0:
+            raise OptionError(f"input and output begin at time 0, found {text!r}")
+    return (input_time, output_time, parse_speed(speed)) if at else (input_time, output_time)
+
+
+def length_option(default_text: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make --length; the default is the command's."""
+    return click.option(
+        "--length",
+        cls=Option,
+        section="Keytimes",
+        metavar="L",
+        callback=parsed(parse_any_length),
+        default_text=default_text,
+        help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate), or free: the search finds it.",
+    )
+
+
+key_option = click.option(
+    "--key",
+    "keys",
+    cls=Option,
+    section="Keytimes",
+    metavar="IN=OUT[@SPEED]",
+    callback=parsed(_key),
+    multiple=True,
+    help="Show input time IN at output time OUT (2.5, 120f or mm:ss.mmm from the first frame used), at this playback "
+    "speed where one is given; repeat for more. Equal input times hold, decreasing ones run backward.",
+)
 
 _OPTIONS = (
     click.option(
@@ -215,6 +256,10 @@ _OPTIONS = (
         multiple=True,
         help="Let a joint (or channel) count W times; repeat for more.",
     ),
+)
+
+# Where the reference may be another clip.
+_REFERENCE_OPTIONS = (
     click.option(
         "--joint-map",
         cls=Option,
@@ -293,14 +338,22 @@ class ControlOptions:
         return found
 
 
-def control_options(function: Callable[..., None]) -> Callable[..., None]:
-    """Add the options to a command, which gets them as one argument ``control``."""
+def _packed(*options: Callable[..., Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make a decorator that adds options to a command, which gets them as one argument ``control``."""
 
-    @functools.wraps(function)
-    def packed(**given: Any) -> None:
-        control = ControlOptions(**{name: given.pop(name) for name in ControlOptions.__dataclass_fields__})
-        function(control=control, **given)
+    def add(function: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(function)
+        def packed(**given: Any) -> None:
+            names = [name for name in ControlOptions.__dataclass_fields__ if name in given]
+            function(control=ControlOptions(**{name: given.pop(name) for name in names}), **given)
 
-    for option in reversed(_OPTIONS):
-        packed = option(packed)
-    return packed
+        for option in reversed(options):
+            packed = option(packed)
+        return packed
+
+    return add
+
+
+# A command whose reference may be another clip gets all of them.
+control_options = _packed(*_OPTIONS, *_REFERENCE_OPTIONS)
+control_options_of_one_clip = _packed(*_OPTIONS)

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed, retimed
-from retime.cli.control_options import ControlOptions, control_options, parse_any_length
-from retime.cli.outputs import check_format, check_outputs, check_plot
+from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed
+from retime.cli.control_options import ControlOptions, Key, control_options, key_option, length_option
+from retime.cli.results import Found, OutputOptions, deliver, output_options
 from retime.cli.search_options import search_options
 from retime.cli.sections import Option, SectionedCommand
-from retime.cli.terminal import Stages, say, say_json, say_table
+from retime.cli.terminal import Stages
 from retime.errors import OptionError
 from retime.motion.rate import parse_rate
-from retime.motion.timecode import parse_frame_range, parse_speed, parse_time
+from retime.motion.timecode import parse_frame_range
 
 if TYPE_CHECKING:
     from retime.motion.motion import Motion
@@ -25,30 +25,6 @@ if TYPE_CHECKING:
     from retime.warp.curve import Warp
     from retime.warp.guided import GuidedWarp
     from retime.warp.reference import Reference
-
-Key = tuple[str, str] | tuple[str, str, float]
-
-
-def _key(text: str) -> Key:
-    """Split a keytime at its signs; refuse what is no time."""
-    input_time, sign, rest = text.partition("=")
-    output_time, at, speed = rest.partition("@")
-    if not sign:
-        raise OptionError(f"expected input time = output time, such as 2.5=1.8 or 300f=0:01.800, found {text!r}")
-    for time in (input_time, output_time):
-        if parse_time(time, Fraction(30)) < 0:
-            raise OptionError(f"input and output begin at time 0, found {text!r}")
-    return (input_time, output_time, parse_speed(speed)) if at else (input_time, output_time)
-
-
-def _also(text: str) -> tuple[Path, Path]:
-    """Split another clip of the group from its output."""
-    clip, sign, output = text.partition("=")
-    if not (sign and clip and output):
-        raise OptionError(
-            f"expected another clip and its output, such as camera.csv=camera_retimed.csv, found {text!r}"
-        )
-    return Path(clip), Path(output)
 
 
 def _reference_weight(text: str) -> float:
@@ -74,23 +50,20 @@ class _Request:
     length: str | None
     keys: tuple[Key, ...]
     method: str
-    output: Path | None
-    save: Path | None
-    plot: Path | None
-    explain: Path | None
-    also: tuple[tuple[Path, Path], ...]
     group: bool
-    average: bool
-    force: bool
     search: dict[str, Any]
     control: ControlOptions
+    outputs: OutputOptions
 
     def check(self) -> None:
         """Refuse, before anything is read, what can't end well."""
         if self.method != "guided":
-            useless = [f"--{'neighbors' if name == 'n_neighbors' else name.replace('_', '-')}" for name in self.search]
+            useless = ["--reference"] * bool(self.reference)
+            useless += ["--reference-frames"] * bool(self.reference_frames and not self.reference)
+            useless += ["--explain"] * (self.outputs.explain is not None)
+            useless += ["--group"] * self.group
+            useless += [f"--{'neighbors' if name == 'n_neighbors' else name.replace('_', '-')}" for name in self.search]
             useless += self.control.names_given()
-            useless = ["--reference"] * bool(self.reference) + ["--explain"] * (self.explain is not None) + useless
             if useless:
                 raise OptionError(
                     f"{', '.join(useless)} would have no effect: there is no search with --method {self.method}"
@@ -114,32 +87,11 @@ class _Request:
                 raise OptionError(
                     f"{option} is given {len(values)} times, for {expected} references: once for each, or not"
                 )
-        if self.group and not self.also:
+        if self.group and not self.outputs.also:
             raise OptionError("--group finds one warp on several clips: name the others with --also CLIP=OUT")
         if self.group and self.reference:
             raise OptionError("--group moves like itself: it can't be combined with --reference")
-        skeletons = [] if self.clip_options.skeleton is None else [self.clip_options.skeleton]
-        inputs = [self.clip, *skeletons, *self.reference, *(clip for clip, _ in self.also)]
-        outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
-        outputs |= {f"--also {clip}": place for clip, place in self.also}
-        check_outputs(outputs, inputs=inputs, force=self.force)
-        for clip, place in self.also:
-            check_format(place, like=clip)
-        if self.output is not None:
-            check_format(self.output, like=self.clip)
-        if self.plot is not None:
-            check_plot(self.plot)
-
-
-@dataclass(frozen=True, eq=False)
-class _Outcome:
-    """A warp, its search where there was one, and the clip with it."""
-
-    clip: Motion | Signal
-    warp: Warp
-    search: GuidedWarp | None
-    n_output_frames: int
-    stages: Stages
+        self.outputs.check(self.clip, [self.clip_options.skeleton, self.control.joint_map, *self.reference])
 
 
 _EXAMPLES = (
@@ -189,26 +141,8 @@ _EXAMPLES = (
     callback=parsed(parse_rate),
     help="Frames a second of the reference, in place of what its file declares.",
 )
-@click.option(
-    "--length",
-    cls=Option,
-    section="Keytimes",
-    metavar="L",
-    callback=parsed(parse_any_length),
-    default_text="as the input",
-    help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate), or free: the search finds it.",
-)
-@click.option(
-    "--key",
-    "keys",
-    cls=Option,
-    section="Keytimes",
-    metavar="IN=OUT[@SPEED]",
-    callback=parsed(_key),
-    multiple=True,
-    help="Show input time IN at output time OUT (2.5, 120f or mm:ss.mmm from the first frame used), at this playback "
-    "speed where one is given; repeat for more. Equal input times hold, decreasing ones run backward.",
-)
+@length_option("as the input")
+@key_option
 @click.option(
     "--method",
     cls=Option,
@@ -222,77 +156,14 @@ _EXAMPLES = (
 @search_options
 @control_options
 @click.option(
-    "-o",
-    "--output",
-    cls=Option,
-    section="Output",
-    metavar="OUT",
-    type=PATH,
-    help="Write the retimed clip; the name's ending says in which format.",
-)
-@click.option(
-    "--save",
-    cls=Option,
-    section="Output",
-    metavar="WARP.json",
-    type=PATH,
-    help="Write the warp, for retime apply and retime plot.",
-)
-@click.option(
-    "--plot",
-    cls=Option,
-    section="Output",
-    metavar="FILE",
-    type=PATH,
-    help="Draw the warp beside linear, and spline where there are keys (.svg, .png).",
-)
-@click.option(
-    "--explain",
-    cls=Option,
-    section="Output",
-    metavar="FILE.csv",
-    type=PATH,
-    help="Write for each output frame its score, the reference frames that it was matched with, and what was binding.",
-)
-@click.option(
-    "--also",
-    cls=Option,
-    section="Output",
-    metavar="CLIP=OUT",
-    callback=parsed(_also),
-    multiple=True,
-    help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
-)
-@click.option(
     "--group",
     cls=Option,
     section="Output",
     is_flag=True,
-    help="Find the warp on all clips together, not on CLIP alone.",
+    help="Find the warp on CLIP and the clips of --also together, not on CLIP alone.",
 )
-@click.option(
-    "--no-average",
-    "average",
-    cls=Option,
-    section="Output",
-    is_flag=True,
-    flag_value=False,
-    default=True,
-    help="Don't average the input where it is sped up.",
-)
-@click.option(
-    "--force", cls=Option, section="Output", is_flag=True, help="Replace files that are there; never the input."
-)
-@click.option(
-    "--json",
-    "as_json",
-    cls=Option,
-    section="Output",
-    is_flag=True,
-    help="Print one JSON object instead of the summary.",
-)
-@click.option("-q", "--quiet", cls=Option, section="Output", is_flag=True, help="Print no summary.")
-def command(*, as_json: bool, quiet: bool, **given: Any) -> None:
+@output_options
+def command(**given: Any) -> None:
     """Give CLIP new timing: shorter or longer, or with chosen moments at chosen times.
 
     The search keeps the clip's own timing wherever the length allows it (the flight of a jump stays as fast as it
@@ -300,48 +171,15 @@ def command(*, as_json: bool, quiet: bool, **given: Any) -> None:
     """
     request = _Request(**given)
     request.check()
-    outcome = _run(request, Stages(quiet=quiet))
-    if as_json:
-        say_json(_document(request, outcome))
-    elif not quiet:
-        _say_summary(request, outcome)
-
-
-def _run(request: _Request, stages: Stages) -> _Outcome:
-    # Heavy imports wait until something is to be done.
-    from retime.formats.files import write_bytes
-    from retime.formats.registry import write
-    from retime.formats.warp_file import write_warp
-    from retime.warp.apply import output_frame_times
-
+    stages = Stages(quiet=request.outputs.quiet)
     with stages.stage("read", "reading"):
         clip = request.clip_options.read(request.clip)
-        others = [(request.clip_options.read(other), place) for other, place in request.also]
+        others = [(request.clip_options.read(other), place) for other, place in request.outputs.also]
         references = _read_references(request, clip)
     with stages.stage("search", "searching"):
         warp, search = _find(request, [clip, *(other for other, _ in others)], references)
-        warp = replace(warp, name=clip.name)
-    if request.output is not None:
-        with stages.stage("apply", "resampling"):
-            result = retimed(clip, warp, average=request.average)
-        with stages.stage("write", "writing"):
-            write(result, request.output, overwrite=request.force)
-    for other, place in others:
-        with stages.stage("apply", "resampling"):
-            result = retimed(other, warp, average=request.average)
-        with stages.stage("write", "writing"):
-            write(result, place, overwrite=request.force)
-    if request.explain is not None and search is not None:
-        with stages.stage("write", "writing"):
-            write_bytes(request.explain, search.explain().to_csv().encode(), overwrite=request.force)
-    if request.save is not None:
-        with stages.stage("write", "writing"):
-            write_warp(warp, request.save, overwrite=request.force)
-    if request.plot is not None:
-        with stages.stage("plot", "drawing"):
-            _draw(request, clip, warp)
-    n_output_frames = len(output_frame_times(warp, float(clip.rate)))
-    return _Outcome(clip, warp, search, n_output_frames, stages)
+    found = Found(request.clip, clip, others, request.method, replace(warp, name=clip.name), search)
+    deliver(found, request.outputs, stages, {"references": [str(reference) for reference in request.reference]})
 
 
 def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference]:
@@ -398,91 +236,3 @@ def _find(
     if request.method == "linear":
         return linear_warp(keytimes), None
     return spline_warp(keytimes, rate=float(clip.rate)), None
-
-
-def _draw(request: _Request, clip: Motion | Signal, warp: Warp) -> None:
-    """Draw the warp beside what an animator has today."""
-    from retime.evaluate.plot import plot_warps
-    from retime.warp.spline import linear_warp, spline_warp
-
-    warps = {"linear": linear_warp(warp.keytimes)}
-    if len(warp.keytimes) > 2:
-        warps["spline"] = spline_warp(warp.keytimes, rate=float(clip.rate))
-    warps[request.method] = warp
-    plot_warps(warps, motion=clip, path=request.plot, title=clip.name, overwrite=request.force)
-
-
-def _document(request: _Request, outcome: _Outcome) -> dict[str, Any]:
-    """Collect what --json prints; the search's numbers are null where there was none."""
-    search = outcome.search
-    seconds = dict(outcome.stages.seconds)
-    if search is not None:
-        # The search says itself how long each of its stages took.
-        del seconds["search"]
-        seconds = {"read": seconds.pop("read"), **search.seconds, **seconds}
-    return {
-        "method": request.method,
-        "input": str(request.clip),
-        "references": [str(reference) for reference in request.reference],
-        "input_frames": outcome.clip.n_frames,
-        "input_rate": float(outcome.clip.rate),
-        "output_frames": outcome.n_output_frames,
-        "output_rate": float(outcome.clip.rate),
-        "n_input": None if search is None else search.n_input,
-        "n_output": None if search is None else search.n_output,
-        "n_reference": None if search is None else search.n_reference,
-        "max_skip": None if search is None else search.max_skip,
-        "n_neighbors": None if search is None else search.n_neighbors,
-        "rate": None if search is None else search.rate,
-        "upsample": None if search is None else search.upsample,
-        "total": None if search is None else search.total,
-        "lower_bound": None if search is None else search.path.lower_bound,
-        "optimal": None if search is None else search.path.optimal,
-        "excess": None if search is None else search.excess,
-        "path": None if search is None else search.path.frames.tolist(),
-        "seconds": seconds,
-        "output": None if request.output is None else str(request.output),
-        "warp": None if request.save is None else str(request.save),
-        "plot": None if request.plot is None else str(request.plot),
-        "explain": None if request.explain is None else str(request.explain),
-        "also": [str(place) for _, place in request.also],
-    }
-
-
-def _say_summary(request: _Request, outcome: _Outcome) -> None:
-    from retime.cli import summary
-
-    clip, search = outcome.clip, outcome.search
-    last_frame = clip.first_frame + clip.n_frames - 1
-    share = outcome.n_output_frames / clip.n_frames
-    rows = [
-        (
-            "input",
-            f"{request.clip}, frames {clip.first_frame}:{last_frame}: "
-            f"{summary.length_text(clip.n_frames, clip.rate)} at {summary.rate_text(clip.rate)}",
-        ),
-        ("output", f"{summary.length_text(outcome.n_output_frames, clip.rate)} ({share:.1%} of the input)"),
-    ]
-    if search is not None:
-        upsampled = f", upsample {search.upsample}" if search.upsample > 1 else ""
-        rows.append(
-            (
-                "search",
-                f"n_input {search.n_input}, n_output {search.n_output}, n_reference {search.n_reference}, max_skip "
-                f"{search.max_skip}{upsampled} at {search.rate:g} Hz",
-            )
-        )
-    rows.append(("speed", summary.speed_text(outcome.warp)))
-    spans = summary.flight_spans(clip)
-    if spans:
-        rows.append(("flights", summary.flights_text(outcome.warp if search is None else search.steps, spans)))
-    if search is not None and search.excess is not None:
-        rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
-    places = [request.output, *(place for _, place in request.also), request.save, request.plot, request.explain]
-    rows += [("wrote", str(place)) for place in places if place is not None]
-    say_table(rows)
-    if not any(places):
-        say(
-            "Nothing was written. To keep the result: -o OUT (the retimed clip), --save WARP.json (the warp), "
-            "--plot WARP.svg (a picture)."
-        )

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from retime.errors import FormatError, MissingExtraError, OptionError
 from retime.evaluate.plot_panels import draw_map, draw_speed, draw_strip
+from retime.evaluate.plot_reasons import draw_reasons, most_score, reasons_height
 from retime.evaluate.plot_style import GREY, STYLE, pens_for, shown
 from retime.evaluate.strip import DEFAULT_N_POSES, Strip, flight_times, plan_strip
 from retime.formats.files import write_bytes
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, Warp
+from retime.warp.explain import Explanation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,6 +33,8 @@ _MAP_WIDTH = 3.5
 _BETWEEN = 0.45
 _ROW_HEIGHT, _ROW_GAP = 1.15, 0.1
 _BELOW = 0.62
+# Between the speeds and the reasons below them, for the heading of the latter.
+_REASONS_GAP = 0.36
 _PNG_DPI = 200
 
 
@@ -42,6 +46,7 @@ def plot_warps(
     keytimes: Sequence[Keytime] | None = None,
     title: str = "",
     n_poses: int = DEFAULT_N_POSES,
+    explanation: Explanation | None = None,
     overwrite: bool = False,
 ) -> Figure:
     """Draw warps: playback speed, time map, and a strip of the motion at even output times.
@@ -51,6 +56,10 @@ def plot_warps(
     pieces have no place on such an axis: a hold is a bar at the foot of the panel, a backward piece is dotted with
     arrowheads at its absolute speed, and both say so. Speeds beyond the axis run along its edge, with the farthest one
     in numbers.
+
+    The *reasons* stand below the speeds where an `explanation` is given: the score of each output frame, dark where it
+    is unlike the reference, and in a lane of its own each thing that was binding (keytimes, tangents, locks, holds, the
+    fastest and the slowest speed allowed).
 
     The *time map* shows input time over output time, with the keytimes as diamonds.
 
@@ -77,13 +86,16 @@ def plot_warps(
         Stands above; left out, the motion's name.
     n_poses : int
         About how many poses the longest row of the strip gets; samples, for a signal.
+    explanation : Explanation, optional
+        Of one of the warps (`GuidedWarp.explain`).
     overwrite : bool
         Replace a file that is there.
 
     Returns
     -------
     matplotlib.figure.Figure
-        The picture, with no window and no part in pyplot. Its axes are labelled ``speed``, ``map`` and ``strip``.
+        The picture, with no window and no part in pyplot. Its axes are labelled ``speed``,
+        ``reasons``, ``map``, and ``strip`` with the name of the row.
 
     Raises
     ------
@@ -115,7 +127,7 @@ def plot_warps(
     with matplotlib.rc_context(STYLE), warnings.catch_warnings():
         # A name may have letters that the plot's font lacks: boxes in a PNG; in an SVG the reader's own font has them.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        figure = _draw(Figure, named, motion, keytimes, title, n_poses)
+        figure = _draw(Figure, named, motion, keytimes, title, n_poses, explanation)
         if path is not None and kind is not None:
             write_bytes(path, _rendered(figure, kind), overwrite=overwrite)
     return figure
@@ -168,6 +180,7 @@ def _draw(
     keytimes: Sequence[Keytime] | None,
     title: str,
     n_poses: int,
+    explanation: Explanation | None,
 ) -> Figure:
     pens = pens_for(warps)
     found = flight_times(motion)
@@ -176,7 +189,9 @@ def _draw(
     strip = None if motion is None else plan_strip(motion, warps, found, n_poses)
     n_rows = 0 if strip is None else len(strip.rows)
     strip_height = _BETWEEN + n_rows * (_ROW_HEIGHT + _ROW_GAP) + _BELOW if n_rows else 0.0
-    height = _TOP + _CURVES_HEIGHT + _BELOW + strip_height
+    reasons_tall = 0.0 if explanation is None else reasons_height(explanation)
+    curves_height = _CURVES_HEIGHT + (0.0 if explanation is None else _REASONS_GAP + reasons_tall)
+    height = _TOP + curves_height + _BELOW + strip_height
     figure = new_figure(figsize=(_WIDTH, height))
 
     def place(left: float, top: float, width: float, tall: float, label: str) -> Axes:
@@ -193,12 +208,26 @@ def _draw(
 
     speed_width = _WIDTH - _LEFT - _RIGHT - _MAP_WIDTH - 0.85
     write("Playback speed", _LEFT, _TOP - 0.12, **heading)
-    draw_speed(place(_LEFT, _TOP, speed_width, _CURVES_HEIGHT, "speed"), warps, pens, found, keytimes)
+    speed = place(_LEFT, _TOP, speed_width, _CURVES_HEIGHT, "speed")
+    draw_speed(speed, warps, pens, found, keytimes)
+    if explanation is not None:
+        # One axis of time serves both.
+        speed.set_xlabel("")
+        speed.tick_params(axis="x", labelbottom=False)
+        top = _TOP + _CURVES_HEIGHT + _REASONS_GAP
+        write("Why", _LEFT, top - 0.1, **heading)
+        write(
+            f"dark: unlike the reference, score up to {most_score(explanation):.3g}; below, what was binding",
+            _LEFT + 0.45,
+            top - 0.1,
+            color=GREY,
+        )
+        draw_reasons(place(_LEFT, top, speed_width, reasons_tall, "reasons"), explanation, speed.get_xlim())
     map_left = _WIDTH - _RIGHT - _MAP_WIDTH
     write("Time map", map_left, _TOP - 0.12, **heading)
-    draw_map(place(map_left, _TOP, _MAP_WIDTH, _CURVES_HEIGHT, "map"), warps, pens, found, keytimes)
+    draw_map(place(map_left, _TOP, _MAP_WIDTH, curves_height, "map"), warps, pens, found, keytimes)
     if strip is not None and motion is not None:
-        top, width = _TOP + _CURVES_HEIGHT + _BELOW + _BETWEEN, _WIDTH - _LEFT - _RIGHT
+        top, width = _TOP + curves_height + _BELOW + _BETWEEN, _WIDTH - _LEFT - _RIGHT
         what, how = _strip_heading(strip, motion, bool(found))
         write(what, _LEFT, top - 0.14, **heading)
         write(how, _LEFT + 0.085 * len(what) + 0.1, top - 0.14, color=GREY)

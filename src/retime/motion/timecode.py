@@ -95,7 +95,7 @@ def parse_length(text: str | int, n_frames: int, rate: Fraction) -> int:
     else:
         raise OptionError(f"expected a length such as 65%, 9.3s or 280f, found {text!r}")
     if length < 2:
-        raise OptionError(f"a length of {text} is {length} frames; the output needs at least 2")
+        raise OptionError(f"a length of {text} is {length} frame{'s' * (length != 1)}; the output needs at least 2")
     return length
 
 

@@ -20,6 +20,8 @@ from retime.motion.motion import Motion, frame_positions
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 
+# Seconds. Longer than any clip; its square must not drown the pose in rounding.
+_LONGEST_TIME_SCALE = 1000.0
 POSE_SPACES = ("torso", "heading", "signal")
 
 
@@ -338,6 +340,9 @@ def timing_features(poses: FloatArray, *, rate: float, time_scale: float) -> Flo
 
 def difference_scales(rate: float, time_scale: float) -> tuple[float, float]:
     """Return what to multiply first and second differences by: τ / 2Δ and τ² / Δ²."""
-    if not (math.isfinite(time_scale) and time_scale >= 0):
-        raise OptionError(f"the time scale must be 0 or more seconds, found {time_scale}")
+    if not 0 <= time_scale <= _LONGEST_TIME_SCALE:
+        raise OptionError(
+            f"the time scale must be from 0 to {_LONGEST_TIME_SCALE:g} seconds, found {time_scale:g}: it is about as "
+            "long as a movement, such as 0.1"
+        )
     return time_scale * rate / 2, (time_scale * rate) ** 2

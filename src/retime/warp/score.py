@@ -17,6 +17,8 @@ from retime.kernels.numpy_backend import feature_distances, mean_in_order, neare
 from retime.warp.features import difference_scales, timing_features
 
 SCORES = ("joint", "conditional")
+# Numbers in a table: 16 gigabytes of them.
+MOST_SCORES = 2_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +166,12 @@ def triple_scores(
         )
     if not 1 <= max_skip <= 255:
         raise OptionError(f"max_skip must be from 1 to 255, found {max_skip}")
+    if (n_scores := len(input_poses) * max_skip**2) > MOST_SCORES:
+        raise OptionError(
+            f"{len(input_poses)} input frames (at the analysis rate, upsampled) with max_skip={max_skip} need a table "
+            f"of {n_scores:.2g} scores; {MOST_SCORES:.2g} is the most. Take fewer frames, or a lower rate, upsample "
+            "or max_skip"
+        )
     kernels = use or backend()
     inputs = np.ascontiguousarray(input_poses - model.origin)
     scales = model.velocity, model.acceleration

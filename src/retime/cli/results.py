@@ -1,0 +1,290 @@
+"""What a command that finds a warp leaves behind: files, a summary, or one JSON object."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from retime.cli.clip_options import PATH, parsed, retimed
+from retime.cli.outputs import check_format, check_outputs, check_plot
+from retime.cli.sections import Option
+from retime.cli.terminal import Stages, say, say_json, say_table
+from retime.errors import OptionError
+
+if TYPE_CHECKING:
+    from retime.motion.motion import Motion
+    from retime.motion.signal import Signal
+    from retime.warp.curve import Warp
+    from retime.warp.guided import GuidedWarp
+
+
+def _also(text: str) -> tuple[Path, Path]:
+    """Split another clip from its output."""
+    clip, sign, output = text.partition("=")
+    if not (sign and clip and output):
+        raise OptionError(
+            f"expected another clip and its output, such as camera.csv=camera_retimed.csv, found {text!r}"
+        )
+    return Path(clip), Path(output)
+
+
+_OPTIONS = (
+    click.option(
+        "-o",
+        "--output",
+        cls=Option,
+        metavar="OUT",
+        type=PATH,
+        help="Write the retimed clip; the name's ending says in which format.",
+    ),
+    click.option(
+        "--save", cls=Option, metavar="WARP.json", type=PATH, help="Write the warp, for retime apply and retime plot."
+    ),
+    click.option(
+        "--plot",
+        cls=Option,
+        metavar="FILE",
+        type=PATH,
+        help="Draw the warp beside linear, and spline where there are keys, over what was binding (.svg, .png).",
+    ),
+    click.option(
+        "--explain",
+        cls=Option,
+        metavar="FILE.csv",
+        type=PATH,
+        help="Write for each output frame its score, the reference frames that it was matched with, and what was "
+        "binding.",
+    ),
+    click.option(
+        "--also",
+        cls=Option,
+        metavar="CLIP=OUT",
+        callback=parsed(_also),
+        multiple=True,
+        help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
+    ),
+    click.option(
+        "--no-average",
+        "average",
+        cls=Option,
+        is_flag=True,
+        flag_value=False,
+        default=True,
+        help="Don't average the input where it is sped up.",
+    ),
+    click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
+    click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),
+    click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary."),
+)
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """What is to be written, and what is to be said."""
+
+    output: Path | None
+    save: Path | None
+    plot: Path | None
+    explain: Path | None
+    also: tuple[tuple[Path, Path], ...]
+    average: bool
+    force: bool
+    as_json: bool
+    quiet: bool
+
+    @property
+    def places(self) -> list[Path]:
+        """The files to be written."""
+        places = [self.output, *(place for _, place in self.also), self.save, self.plot, self.explain]
+        return [place for place in places if place is not None]
+
+    def check(self, clip: Path, inputs: Iterable[Path | None]) -> None:
+        """Refuse, before anything is read, what could not be written; `inputs` are read beside the clip."""
+        read = [clip, *(path for path in inputs if path is not None), *(other for other, _ in self.also)]
+        outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
+        outputs |= {f"--also {other}": place for other, place in self.also}
+        check_outputs(outputs, inputs=read, force=self.force)
+        for other, place in self.also:
+            check_format(place, like=other)
+        if self.output is not None:
+            check_format(self.output, like=clip)
+        if self.plot is not None:
+            check_plot(self.plot)
+
+
+def output_options(function: Callable[..., None]) -> Callable[..., None]:
+    """Add the options to a command, which gets them as one argument ``outputs``."""
+
+    @functools.wraps(function)
+    def packed(**given: Any) -> None:
+        outputs = OutputOptions(**{name: given.pop(name) for name in OutputOptions.__dataclass_fields__})
+        function(outputs=outputs, **given)
+
+    for option in reversed(_OPTIONS):
+        packed = option(packed)
+    return packed
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A warp, and where it comes from.
+
+    Attributes
+    ----------
+    path : Path
+        The clip's file.
+    clip : Motion or Signal
+        The input.
+    others : list of (Motion or Signal, Path)
+        Clips that get the same warp, and their places.
+    method : str
+        "guided", "linear" or "spline".
+    warp : Warp
+        The result.
+    search : GuidedWarp, optional
+        Where there was one.
+    """
+
+    path: Path
+    clip: Motion | Signal
+    others: list[tuple[Motion | Signal, Path]]
+    method: str
+    warp: Warp
+    search: GuidedWarp | None
+    n_output_frames: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        from retime.warp.apply import output_frame_times
+
+        n_output_frames = len(output_frame_times(self.warp, float(self.clip.rate)))
+        object.__setattr__(self, "n_output_frames", n_output_frames)
+
+
+def deliver(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> None:
+    """Write what was asked for, then say what was done; `facts` are the command's own part of the JSON."""
+    _write(found, outputs, stages)
+    if outputs.as_json:
+        say_json(_document(found, outputs, stages, facts))
+    elif not outputs.quiet:
+        _say_summary(found, outputs)
+
+
+def _write(found: Found, outputs: OutputOptions, stages: Stages) -> None:
+    # Heavy imports wait until something is to be done.
+    from retime.formats.files import write_bytes
+    from retime.formats.registry import write
+    from retime.formats.warp_file import write_warp
+
+    clips = [] if outputs.output is None else [(found.clip, outputs.output)]
+    for clip, place in (*clips, *found.others):
+        with stages.stage("apply", "resampling"):
+            result = retimed(clip, found.warp, average=outputs.average)
+        with stages.stage("write", "writing"):
+            write(result, place, overwrite=outputs.force)
+    if outputs.explain is not None and found.search is not None:
+        with stages.stage("write", "writing"):
+            write_bytes(outputs.explain, found.search.explain().to_csv().encode(), overwrite=outputs.force)
+    if outputs.save is not None:
+        with stages.stage("write", "writing"):
+            write_warp(found.warp, outputs.save, overwrite=outputs.force)
+    if outputs.plot is not None:
+        with stages.stage("plot", "drawing"):
+            _draw(found, outputs.plot, overwrite=outputs.force)
+
+
+def _draw(found: Found, place: Path, *, overwrite: bool) -> None:
+    """Draw the warp beside what an animator has today."""
+    from retime.evaluate.plot import plot_warps
+    from retime.warp.spline import linear_warp, spline_warp
+
+    clip, warp = found.clip, found.warp
+    warps = {"linear": linear_warp(warp.keytimes)}
+    if len(warp.keytimes) > 2:
+        warps["spline"] = spline_warp(warp.keytimes, rate=float(clip.rate))
+    warps[found.method] = warp
+    explanation = None if found.search is None else found.search.explain()
+    plot_warps(warps, motion=clip, path=place, title=clip.name, explanation=explanation, overwrite=overwrite)
+
+
+def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> dict[str, Any]:
+    """Collect what --json prints; the search's numbers are null where there was none."""
+    search = found.search
+    seconds = dict(stages.seconds)
+    if search is not None:
+        # The search says itself how long each of its stages took.
+        del seconds["search"]
+        seconds = {"read": seconds.pop("read"), **search.seconds, **seconds}
+
+    def text(path: Path | None) -> str | None:
+        return None if path is None else str(path)
+
+    return {
+        "method": found.method,
+        "input": str(found.path),
+        **facts,
+        "input_frames": found.clip.n_frames,
+        "input_rate": float(found.clip.rate),
+        "output_frames": found.n_output_frames,
+        "output_rate": float(found.clip.rate),
+        "n_input": None if search is None else search.n_input,
+        "n_output": None if search is None else search.n_output,
+        "n_reference": None if search is None else search.n_reference,
+        "max_skip": None if search is None else search.max_skip,
+        "n_neighbors": None if search is None else search.n_neighbors,
+        "rate": None if search is None else search.rate,
+        "upsample": None if search is None else search.upsample,
+        "total": None if search is None else search.total,
+        "lower_bound": None if search is None else search.path.lower_bound,
+        "optimal": None if search is None else search.path.optimal,
+        "excess": None if search is None else search.excess,
+        "path": None if search is None else search.path.frames.tolist(),
+        "seconds": seconds,
+        "output": text(outputs.output),
+        "warp": text(outputs.save),
+        "plot": text(outputs.plot),
+        "explain": text(outputs.explain),
+        "also": [str(place) for _, place in outputs.also],
+    }
+
+
+def _say_summary(found: Found, outputs: OutputOptions) -> None:
+    from retime.cli import summary
+
+    clip, search = found.clip, found.search
+    last_frame = clip.first_frame + clip.n_frames - 1
+    share = found.n_output_frames / clip.n_frames
+    rows = [
+        (
+            "input",
+            f"{found.path}, frames {clip.first_frame}:{last_frame}: "
+            f"{summary.length_text(clip.n_frames, clip.rate)} at {summary.rate_text(clip.rate)}",
+        ),
+        ("output", f"{summary.length_text(found.n_output_frames, clip.rate)} ({share:.1%} of the input)"),
+    ]
+    if search is not None:
+        upsampled = f", upsample {search.upsample}" if search.upsample > 1 else ""
+        rows.append(
+            (
+                "search",
+                f"n_input {search.n_input}, n_output {search.n_output}, n_reference {search.n_reference}, max_skip "
+                f"{search.max_skip}{upsampled} at {search.rate:g} Hz",
+            )
+        )
+    rows.append(("speed", summary.speed_text(found.warp)))
+    spans = summary.flight_spans(clip)
+    if spans:
+        rows.append(("flights", summary.flights_text(found.warp if search is None else search.steps, spans)))
+    if search is not None and search.excess is not None:
+        rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
+    rows += [("wrote", str(place)) for place in outputs.places]
+    say_table(rows)
+    if not outputs.places:
+        say(
+            "Nothing was written. To keep the result: -o OUT (the retimed clip), --save WARP.json (the warp), "
+            "--plot WARP.svg (a picture)."
+        )
