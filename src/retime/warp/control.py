@@ -76,7 +76,6 @@ def upsample_for(
     least: int,
     locks: Sequence[Lock],
     tangents: Sequence[float],
-    *,
     slowest: float = 0.0,
     fastest: float = math.inf,
 ) -> int:
@@ -581,19 +580,26 @@ def _better_limits(
                 if fits(better, skip):
                     return f"upsample >= {better}" + (f" with max_skip={skip}" if skip != max_skip else "")
         return None
+    enough = least_max_skip(upsample, max_skip, fits)
+    return None if enough is None else f"max_skip >= {enough}"
+
+
+def least_max_skip(upsample: int, max_skip: int, fits: Callable[[int, int], bool]) -> int | None:
+    """Return the least `max_skip` above the given one with which all keytimes can be met; None where there is none."""
     low, high = max_skip, MAX_STEP
-    if max_skip == MAX_STEP or not fits(upsample, high):
+    if max_skip >= MAX_STEP or not fits(upsample, high):
         return None
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if fits(upsample, middle) else (middle, high)
-    return f"max_skip >= {high}"
+    return high
 
 
 def add_smoothness(scores: FloatArray, weight: float, held: BoolArray) -> None:
     """Charge changes of speed: ``weight * median score * ln(b / a)²`` on every triple, in place.
 
-    Into a hold, in it and out of it nothing is charged: stopping is a keytime's wish, not the search's.
+    Into a hold, in it and out of it nothing is charged: stopping is a keytime's wish, not the search's. The median is
+    that of all triples, before any is forbidden: a lock does not change what smoothness costs elsewhere.
     """
     if not (math.isfinite(weight) and weight >= 0):
         raise OptionError(f"the smoothness weight must be 0 or more, found {weight}")

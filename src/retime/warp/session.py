@@ -13,6 +13,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -254,35 +255,18 @@ class Session:
             raise OptionError("bounds on the length need a free length (length='free')")
         if loop:
             _check_loop(keytimes, search)
-        tangents = [key.speed for key in keytimes if key.speed is not None]
-        if upsample is None:
-            least = self._choose_upsample(keytimes, locks, tangents)
-            if slowest > 0:
-                least = max(least if not self.itself else 1, math.ceil(1 / slowest - 1e-9))
-            upsample = control.upsample_for(least, locks, tangents, slowest=slowest, fastest=fastest)
-        reduction = reduce_to_compression(keytimes, self.motion.duration, rate=self.rate, upsample=upsample)
-        chosen_skip = max_skip is None
-        if max_skip is None:
-            max_skip = self._choose_max_skip(reduction, fastest, locks, tangents)
-        if not 1 <= max_skip <= control.MAX_STEP:
-            why = f" (for speeds up to {max_skip / upsample:g} with upsample={upsample})" if chosen_skip else ""
-            raise OptionError(f"max_skip must be from 1 to {control.MAX_STEP}, found {max_skip}{why}")
         bounds = self._length_bounds(min_length, max_length)
-        wishes = _Wishes(self.motion.duration, tuple(locks), bool(tangents), slowest, fastest)
-        locked = wishes.locked(reduction, max_skip)
-        allowed = wishes.allowed(reduction, max_skip)
+        wishes = _Wishes(
+            self.motion.duration,
+            tuple(locks),
+            tuple(key.speed for key in keytimes if key.speed is not None),
+            slowest,
+            fastest,
+        )
+        reduction, max_skip = self._reduce(keytimes, wishes, bounds, upsample, max_skip)
+        upsample = reduction.upsample
+        locked, allowed = wishes.locked(reduction, max_skip), wishes.allowed(reduction, max_skip)
         counts = self._length_range(bounds, reduction) if free else None
-
-        def fits(upsample: int, max_skip: int) -> bool:
-            try:
-                other = reduce_to_compression(keytimes, self.motion.duration, rate=self.rate, upsample=upsample)
-                among = self._length_range(bounds, other) if free else None
-                control.check_counts(other, wishes.allowed(other, max_skip), n_output=among)
-            except (InfeasibleWarpError, OptionError):
-                return False
-            return True
-
-        control.check_counts(reduction, allowed, n_output=counts, wishes=str(wishes), fits=fits)
 
         scores, poses = self._scores(reduction, max_skip)
         seconds = dict(self._analysis_seconds)
@@ -290,9 +274,9 @@ class Session:
         neutral = free and free_weight == "neutral"
         if wishes.any or smoothness or neutral:
             scores = scores.copy()
+        control.add_smoothness(scores, smoothness, reduction.held)
         if wishes.any:
             control.forbid(scores, allowed)
-        control.add_smoothness(scores, smoothness, reduction.held)
         weights = control.neutral_weights(max_skip, upsample) if neutral else np.ones((max_skip, max_skip))
         if neutral:
             scores *= weights
@@ -354,9 +338,55 @@ class Session:
             seconds=seconds,
         )
 
-    def _choose_upsample(self, keytimes: Sequence[Keytime], locks: Sequence[Lock], tangents: Sequence[float]) -> int:
+    def _reduce(
+        self,
+        keytimes: Sequence[Keytime],
+        wishes: _Wishes,
+        bounds: tuple[int, int | None],
+        upsample: int | None,
+        max_skip: int | None,
+    ) -> tuple[Reduction, int]:
+        """Unroll the input so that the keytimes can be met; `upsample` and `max_skip` give way where left out."""
+        chosen = self._choose_upsample(keytimes, wishes) if upsample is None else upsample
+
+        def reduced(upsample: int) -> Reduction:
+            return reduce_to_compression(keytimes, self.motion.duration, rate=self.rate, upsample=upsample)
+
+        def check(upsample: int, max_skip: int, **more: Any) -> None:
+            reduction = reduced(upsample)
+            counts = self._length_range(bounds, reduction) if reduction.free else None
+            control.check_counts(reduction, wishes.allowed(reduction, max_skip), n_output=counts, **more)
+
+        def fits(upsample: int, max_skip: int) -> bool:
+            try:
+                check(upsample, max_skip)
+            except (InfeasibleWarpError, OptionError):
+                return False
+            return True
+
+        finer = [chosen]
+        if upsample is None and 2 * chosen <= control.MAX_UPSAMPLE:
+            # Where locks play fast, the rest may have to be slower than the lengths alone say.
+            finer.append(control.upsample_for(2 * chosen, *wishes.speeds))
+        for choice in finer:
+            reduction = reduced(choice)
+            skip = self._choose_max_skip(reduction, wishes) if max_skip is None else max_skip
+            if fits(choice, skip):
+                return reduction, skip
+            if max_skip is None and (enough := control.least_max_skip(choice, skip, fits)) is not None:
+                # Where locks play slowly, the rest has to be faster; and not all of it as fast as can be.
+                return reduction, min(control.MAX_STEP, enough + enough // 4)
+        reduction = reduced(chosen)
+        skip = self._choose_max_skip(reduction, wishes) if max_skip is None else max_skip
+        if not 1 <= skip <= control.MAX_STEP:
+            why = f" (for speeds up to {skip / chosen:g} with upsample={chosen})" if max_skip is None else ""
+            raise OptionError(f"max_skip must be from 1 to {control.MAX_STEP}, found {skip}{why}")
+        check(chosen, skip, wishes=str(wishes), fits=fits)
+        return reduction, skip
+
+    def _choose_upsample(self, keytimes: Sequence[Keytime], wishes: _Wishes) -> int:
         """1 where the input moves like itself and gets no longer, else 4, or twice the mean slow-down."""
-        slowest = min([1.0, *(lock.fastest for lock in locks), *(abs(speed) for speed in tangents)])
+        slowest = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents])
         slower = slowest < 1
         for before, after in itertools.pairwise(keytimes):
             change = abs(after.input_time - before.input_time)
@@ -364,20 +394,19 @@ class Session:
                 slower = True
             elif change > 0:
                 slowest = min(slowest, change / (after.output_time - before.output_time))
-        if self.itself and slowest > 0.999 and not slower:
-            return 1
-        return max(4, math.ceil(2 / slowest - 1e-9))
+        least = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
+        if not (self.itself and slowest > 0.999 and not slower):
+            least = max(least, 4, math.ceil(2 / slowest - 1e-9))
+        return control.upsample_for(least, *wishes.speeds)
 
-    def _choose_max_skip(
-        self, reduction: Reduction, fastest: float, locks: Sequence[Lock], tangents: Sequence[float]
-    ) -> int:
+    def _choose_max_skip(self, reduction: Reduction, wishes: _Wishes) -> int:
         """8, or twice the mean step where that is more; or what the speed limits say."""
-        if fastest < math.inf:
-            return max(1, math.floor(fastest * reduction.upsample + 1e-6))
+        if wishes.fastest < math.inf:
+            return max(1, math.floor(wishes.fastest * reduction.upsample + 1e-6))
         anchors = reduction.anchors[:-1] if reduction.free else reduction.anchors
         mean = [(j1 - j0) / (p1 - p0) for (p0, j0), (p1, j1) in itertools.pairwise(anchors)]
-        least = [lock.fastest for lock in locks if lock.fixed] + [lock.slowest for lock in locks]
-        wanted = max([0.0, *least, *(abs(speed) for speed in tangents)]) * reduction.upsample
+        least = [lock.fastest for lock in wishes.locks if lock.fixed] + [lock.slowest for lock in wishes.locks]
+        wanted = max([0.0, *least, *wishes.tangents]) * reduction.upsample
         return max(DEFAULT_MAX_SKIP, math.ceil(2 * max(mean, default=0.0)), math.ceil(wanted - 1e-6))
 
     def _length_bounds(self, least: str | int | None, most: str | int | None) -> tuple[int, int | None]:
@@ -506,13 +535,17 @@ class _Wishes:
 
     duration: float
     locks: tuple[Lock, ...]
-    tangents: bool
+    tangents: tuple[float, ...]
     slowest: float
     fastest: float
 
     @property
     def any(self) -> bool:
-        return bool(self.locks) or self.tangents or self.slowest > 0 or self.fastest < math.inf
+        return bool(self.locks or self.tangents) or self.slowest > 0 or self.fastest < math.inf
+
+    @property
+    def speeds(self) -> tuple[tuple[Lock, ...], tuple[float, ...], float, float]:
+        return self.locks, self.tangents, self.slowest, self.fastest
 
     def locked(self, reduction: Reduction, max_skip: int) -> tuple[LockedSpan, ...]:
         return control.locked_spans(reduction, max_skip, self.duration, self.locks)
