@@ -113,15 +113,15 @@ All on one thread, in one run, least times; n = r = {n_input}, s = {max_skip}, {
 {path_share} of a copy in memory, {memory_gbytes:.1f} GB/s |
 
 A triple meets each reference frame with one subtraction and one comparison. The loop's time is that of the
-scores ({scores_ms:.1f} ms for {pairs:.3g} pairs) less that of the products ({products_ms:.1f} ms), so it also holds what isn't the
-loop: rows prepared, limits guessed, survivors ranked again in double precision. `sgemm` does a multiplication and an
-addition with one instruction, on operands that stay in registers. Here the two operations are two instructions, and
-each pair loads two numbers of its own from the cache: a quarter to a half of the `sgemm` peak is the most that such a
-loop can reach.
+scores ({scores_ms:.1f} ms for {pairs:.3g} pairs) less that of the products ({products_ms:.1f} ms), so it also holds
+what isn't the loop: rows prepared, limits guessed, survivors ranked again in double precision. `sgemm` does a
+multiplication and an addition with one instruction, on operands that stay in registers. Here the two operations are
+two instructions, and each pair loads two numbers of its own from the cache: a quarter to a half of the `sgemm` peak is
+the most that such a loop can reach.
 
 The search took as long as a copy would need to read the scores {path_sweeps:.0f} times. It sweeps them once for each
-price it tries, each vertex waits for the ones before it, and the labels of the last pass are scattered: latency binds it, not
-width.
+price it tries, each vertex waits for the ones before it, and the labels of the last pass are scattered: latency binds
+it, not width.
 """
 
 
@@ -146,7 +146,8 @@ def page(results: Mapping[str, Any]) -> str:
     packages = ", ".join(f"{name} {version}" for name, version in machine["packages"].items())
     how = (
         f"Measured on {machine['cores']} cores ({machine['system']}, {', '.join(machine['simd'])}; "
-        f"load {machine['load_before']} when it began) with Python {machine['python']}, {packages}. The motion: {sizes['motion']}."
+        f"load {machine['load_before']} when it began) with Python {machine['python']}, {packages}. "
+        f"The motion: {sizes['motion']}."
     )
     return (
         _HEAD.format(version=results["version"], how=how)
