@@ -14,23 +14,35 @@ import numpy as np
 from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath
 
 _LANES = 32
+# kCancelled in scores.cpp.
+_CANCELLED = 1e-3
 _BLOCK_NUMBERS = 4 << 20
 
 
-def squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Squared distances between rows (..., n), summed in the kernels' order."""
-    difference = a - b
-    n = difference.shape[-1]
-    square = np.zeros((*difference.shape[:-1], -(-n // _LANES) * _LANES))
-    np.multiply(difference, difference, out=square[..., :n])
-    lanes = np.zeros((*difference.shape[:-1], _LANES))
-    for start in range(0, square.shape[-1], _LANES):
-        lanes += square[..., start : start + _LANES]
+def _added_in_order(terms: FloatArray) -> FloatArray:
+    """Add terms over the last axis, in the kernels' order."""
+    n = terms.shape[-1]
+    padded = np.zeros((*terms.shape[:-1], -(-n // _LANES) * _LANES))
+    padded[..., :n] = terms
+    lanes = np.zeros((*terms.shape[:-1], _LANES))
+    for start in range(0, padded.shape[-1], _LANES):
+        lanes += padded[..., start : start + _LANES]
     half = _LANES // 2
     while half:
         lanes = lanes[..., :half] + lanes[..., half : 2 * half]
         half //= 2
     return np.asarray(lanes[..., 0])
+
+
+def squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Squared distances between rows (..., n), summed in the kernels' order."""
+    difference = a - b
+    return _added_in_order(difference * difference)
+
+
+def _dots(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Inner products of rows (..., n), summed in the kernels' order."""
+    return _added_in_order(a * b)
 
 
 def feature_distances(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -125,16 +137,42 @@ def joint_scores(
 def conditional_scores(
     inputs: FloatArray, reference: FloatArray, nearest: IntArray, max_skip: int, velocity: float, acceleration: float
 ) -> FloatArray:
-    """Score triples; see `retime.kernels.Backend`."""
-    moves = reference[:, inputs.shape[1] :]
-    out = np.full((len(inputs), max_skip, max_skip), np.inf)
-    for a in range(1, max_skip + 1):
-        for b in range(1, max_skip + 1):
-            if a + b >= len(inputs):
+    """Score triples; see `retime.kernels.Backend`, and conditional_rows in scores.cpp, whose arithmetic this is."""
+    n_input, n_numbers = inputs.shape
+    n_neighbors = nearest.shape[1]
+    out = np.full((n_input, max_skip, max_skip), np.inf)
+    reach = min(max_skip, n_input - 2)
+    moves = reference[:, n_numbers:]
+    # Inner products of the steps after a frame (e), before it (f), and the reference's movement (dz, ddz).
+    e = [inputs[b:] - inputs[:-b] for b in range(1, reach + 1)]
+    ee = [_dots(step, step) for step in e]
+    near = [(moves[nearest[:, m], :n_numbers], moves[nearest[:, m], n_numbers:]) for m in range(n_neighbors)]
+    zz = [_dots(dz, dz) + _dots(ddz, ddz) for dz, ddz in near]
+    e_near = [[[_dots(step, z[: len(step)]) for z in pair] for pair in near] for step in e]
+    f_near = [[[_dots(step, z[len(z) - len(step) :]) for z in pair] for pair in near] for step in e]
+    vv, ww = velocity * velocity, acceleration * acceleration
+    for a in range(1, reach + 1):
+        for b in range(1, reach + 1):
+            if a + b >= n_input:
                 break
             middle, _, speed, change = _triples(inputs, a, b, velocity, acceleration)
-            move = np.concatenate([speed, change], axis=1)
-            distance = np.sqrt(squared_distances(move[:, None], moves[nearest[middle]]))
+            # Rows of e belong to the frame that they leave, rows of f to the one that they reach.
+            after, before = slice(a, None), slice(0, n_input - a - b)
+            ef = _dots(e[b - 1][after], e[a - 1][before])
+            total = ee[b - 1][after] + ee[a - 1][before]
+            moved = vv * (total + 2 * ef) + ww * (total - 2 * ef)
+            size = (vv + ww) * (2 * total)
+            squares = np.empty((len(total), n_neighbors))
+            for m in range(n_neighbors):
+                (e_dz, e_ddz), (f_dz, f_ddz) = e_near[b - 1][m], f_near[a - 1][m]
+                along = velocity * (e_dz[after] + f_dz[before]) + acceleration * (e_ddz[after] - f_ddz[before])
+                square = (moved - 2 * along) + zz[m][middle]
+                lost = np.flatnonzero(~(square > _CANCELLED * (size + zz[m][middle])))
+                if len(lost):
+                    move = np.concatenate([speed[lost], change[lost]], axis=1)
+                    square[lost] = squared_distances(move, moves[nearest[middle][lost, m]])
+                squares[:, m] = square
+            distance = np.sqrt(squares)
             distance.sort(axis=1)
             out[middle, a - 1, b - 1] = mean_in_order(distance)
     return out

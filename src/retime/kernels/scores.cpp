@@ -24,9 +24,18 @@ namespace {
 
 constexpr size_t kLanes = 32;
 constexpr size_t kBlock = kProductsPadding;
+// Of terms that cancel to less than this share of their size, too few digits are left.
+constexpr double kCancelled = 1e-3;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-// Sum of squared differences; n is a multiple of kLanes. Lane l holds the terms l, l + 32, ...; then halves are added: 16, 8, 4, 2, 1.
+// Running sums are added by halves: 16, 8, 4, 2, 1.
+RETIME_INLINE double added(const double* sum) {
+    alignas(64) double t[8];
+    for (size_t lane = 0; lane < 8; ++lane) t[lane] = (sum[lane] + sum[lane + 16]) + (sum[lane + 8] + sum[lane + 24]);
+    return ((t[0] + t[4]) + (t[2] + t[6])) + ((t[1] + t[5]) + (t[3] + t[7]));
+}
+
+// Sum of squared differences; n is a multiple of kLanes. Lane l holds the terms l, l + 32, ...
 RETIME_INLINE double squared_distance(const double* __restrict a, const double* __restrict b, size_t n) {
     alignas(64) double sum[kLanes] = {};
     for (size_t d = 0; d < n; d += kLanes)
@@ -34,9 +43,15 @@ RETIME_INLINE double squared_distance(const double* __restrict a, const double* 
             const double difference = a[d + lane] - b[d + lane];
             sum[lane] += difference * difference;
         }
-    alignas(64) double t[8];
-    for (size_t lane = 0; lane < 8; ++lane) t[lane] = (sum[lane] + sum[lane + 16]) + (sum[lane + 8] + sum[lane + 24]);
-    return ((t[0] + t[4]) + (t[2] + t[6])) + ((t[1] + t[5]) + (t[3] + t[7]));
+    return added(sum);
+}
+
+// Sum of products, in the same order.
+RETIME_INLINE double dot(const double* __restrict a, const double* __restrict b, size_t n) {
+    alignas(64) double sum[kLanes] = {};
+    for (size_t d = 0; d < n; d += kLanes)
+        for (size_t lane = 0; lane < kLanes; ++lane) sum[lane] += a[d + lane] * b[d + lane];
+    return added(sum);
 }
 
 inline size_t padded(size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
@@ -239,17 +254,65 @@ RETIME_INLINE void joint_rows_body(const JointProblem& p, const Products& produc
     }
 }
 
-RETIME_INLINE void conditional_rows_body(const JointProblem& p, const double* moves, const int64_t* nearest, size_t begin, size_t end, double* out) {
-    const size_t n = p.n_numbers, s = p.max_skip, wide = padded(2 * n);
-    std::vector<double> move(wide, 0.0), distances(p.n_neighbors);
-    for (size_t j = begin; j < end; ++j)
-        for (size_t a = 1; a <= s && a <= j; ++a)
-            for (size_t b = 1; b <= s && j + b < p.n_input; ++b) {
-                movement(p, j - a, j, j + b, move.data());
-                for (size_t m = 0; m < p.n_neighbors; ++m)
-                    distances[m] = std::sqrt(squared_distance(move.data(), moves + nearest[j * p.n_neighbors + m] * wide, wide));
-                out[(j * s + a - 1) * s + b - 1] = mean_of_smallest(distances, p.n_neighbors);
+// What the conditional score needs of the reference, in padded rows.
+struct Moves {
+    const double* both;          // [dz, ddz], padded together
+    const double* velocity;      // dz
+    const double* acceleration;  // ddz
+};
+
+// With e = y_k - y_j, f = y_j - y_i the movement is [v (e + f), w (e - f)], so its distance to a reference frame needs only the inner
+// products of e, f, dz and ddz: those of one frame's steps, not of its triples. Where they all but cancel, what is left is measured.
+RETIME_INLINE void conditional_rows_body(const JointProblem& p, const Moves& moves, const int64_t* nearest, size_t begin, size_t end, double* out) {
+    const size_t n = p.n_numbers, s = p.max_skip, count = p.n_neighbors, wide = padded(n), wide_both = padded(2 * n);
+    const double v = p.velocity, w = p.acceleration, vv = v * v, ww = w * w;
+    std::vector<double> after(s * wide, 0.0), before(s * wide, 0.0), both(wide_both, 0.0), distances(count);
+    std::vector<double> ee(s), ff(s), e_dz(s * count), e_ddz(s * count), f_dz(s * count), f_ddz(s * count), zz(count);
+    for (size_t j = begin; j < end; ++j) {
+        const size_t n_after = std::min(s, p.n_input - 1 - j), n_before = std::min(s, j);
+        const double* here = p.input + j * n;
+        for (size_t b = 0; b < n_after; ++b) {
+            double* e = after.data() + b * wide;
+            for (size_t d = 0; d < n; ++d) e[d] = here[(b + 1) * n + d] - here[d];
+            ee[b] = dot(e, e, wide);
+        }
+        for (size_t a = 0; a < n_before; ++a) {
+            double* f = before.data() + a * wide;
+            const double* there = here - (a + 1) * n;
+            for (size_t d = 0; d < n; ++d) f[d] = here[d] - there[d];
+            ff[a] = dot(f, f, wide);
+        }
+        for (size_t m = 0; m < count; ++m) {
+            const size_t l = static_cast<size_t>(nearest[j * count + m]);
+            const double *dz = moves.velocity + l * wide, *ddz = moves.acceleration + l * wide;
+            zz[m] = dot(dz, dz, wide) + dot(ddz, ddz, wide);
+            for (size_t b = 0; b < n_after; ++b) {
+                e_dz[b * count + m] = dot(after.data() + b * wide, dz, wide);
+                e_ddz[b * count + m] = dot(after.data() + b * wide, ddz, wide);
             }
+            for (size_t a = 0; a < n_before; ++a) {
+                f_dz[a * count + m] = dot(before.data() + a * wide, dz, wide);
+                f_ddz[a * count + m] = dot(before.data() + a * wide, ddz, wide);
+            }
+        }
+        for (size_t a = 0; a < n_before; ++a)
+            for (size_t b = 0; b < n_after; ++b) {
+                const double ef = dot(after.data() + b * wide, before.data() + a * wide, wide), sum = ee[b] + ff[a];
+                const double moved = vv * (sum + 2 * ef) + ww * (sum - 2 * ef), size = (vv + ww) * (2 * sum);
+                bool measured = false;
+                for (size_t m = 0; m < count; ++m) {
+                    const double along = v * (e_dz[b * count + m] + f_dz[a * count + m]) + w * (e_ddz[b * count + m] - f_ddz[a * count + m]);
+                    double square = (moved - 2 * along) + zz[m];
+                    if (!(square > kCancelled * (size + zz[m]))) {
+                        if (!measured) movement(p, j - a - 1, j, j + b + 1, both.data());
+                        measured = true;
+                        square = squared_distance(both.data(), moves.both + static_cast<size_t>(nearest[j * count + m]) * wide_both, wide_both);
+                    }
+                    distances[m] = std::sqrt(square);
+                }
+                out[(j * s + a) * s + b] = mean_of_smallest(distances, count);
+            }
+    }
 }
 
 void joint_rows_plain(const JointProblem& p, const Products& products, const double* poses, const double* moves, size_t begin, size_t end, bool each,
@@ -270,7 +333,7 @@ RETIME_AVX512 void joint_rows_avx512(const JointProblem& p, const Products& prod
 #endif
 
 RETIME_VERSIONS(void, conditional_rows,
-                (const JointProblem& p, const double* moves, const int64_t* nearest, size_t begin, size_t end, double* out),
+                (const JointProblem& p, const Moves& moves, const int64_t* nearest, size_t begin, size_t end, double* out),
                 (p, moves, nearest, begin, end, out))
 
 }  // namespace
@@ -282,8 +345,12 @@ void joint_scores(const JointProblem& p, const Products& products, size_t begin,
 }
 
 void conditional_scores(const JointProblem& p, const int64_t* nearest, int n_threads, double* out) {
-    const auto moves = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, p.n_numbers, 2 * p.n_numbers);
-    in_threads(0, p.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(conditional_rows, p, moves.data(), nearest, from, to, out); });
+    const size_t n = p.n_numbers;
+    const auto both = pad_rows(p.reference, p.n_reference, 3 * n, n, 2 * n);
+    const auto velocity = pad_rows(p.reference, p.n_reference, 3 * n, n, n);
+    const auto acceleration = pad_rows(p.reference, p.n_reference, 3 * n, 2 * n, n);
+    const Moves moves{both.data(), velocity.data(), acceleration.data()};
+    in_threads(0, p.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(conditional_rows, p, moves, nearest, from, to, out); });
 }
 
 }  // namespace retime
