@@ -86,6 +86,8 @@ $(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
 	if printf '#include <Python.h>\n#include <thread>\nint main() {}\n' | \
 		$${CXX:-c++} -std=c++20 -I"$$headers" -x c++ - -o $(VENV)/.compiles 2>/dev/null; \
 	then export RETIME_REQUIRE_KERNELS=1; echo "Building the C++ kernels"; \
-	else echo "Found no C++20 compiler with Python's headers: installing the NumPy backend alone"; fi; \
+	else echo "Found no C++20 compiler with Python's headers"; fi; \
 	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@$(PY) -c 'import importlib.util as u; \
+		print("Installed with the", "C++" if u.find_spec("retime.kernels._kernels") else "NumPy", "backend")'
 	@touch $@
