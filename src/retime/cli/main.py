@@ -15,7 +15,7 @@ from retime.cli import terminal
 from retime.errors import InfeasibleWarpError, OptionError, RetimeError
 
 # In the order of their use. Each is `command` in the module of its name.
-COMMANDS = ("warp", "apply", "plot", "info", "convert", "demo")
+COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo")
 
 EXIT_OK = 0
 EXIT_FILE = 1
@@ -25,8 +25,10 @@ EXIT_INTERRUPTED = 130
 
 _EPILOG = f"""\b
 Times    2.5 or 2.5s (seconds), 120f (frames), 1:02.500 (mm:ss.mmm)
-Lengths  65% (of the input), 9.3s, 280f
+Lengths  65% (of the input), 9.3s, 280f; with a search also free
 Ranges   1:1980 (frames as the file numbers them, both included)
+Spans    2.1..3.4 or 60f..90f (input time)
+Speeds   2, 1/2, or from the slowest to the fastest: 1/4..8
 
 \b
 Exit codes

@@ -1,0 +1,101 @@
+"""`retime imitate`: a stretch of a clip was retimed by hand, and the rest follows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+
+from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed
+from retime.cli.control_options import (
+    ControlOptions,
+    Key,
+    control_options_of_one_clip,
+    key_option,
+    length_option,
+)
+from retime.cli.results import Found, OutputOptions, deliver, output_options
+from retime.cli.search_options import search_options
+from retime.cli.sections import Option, SectionedCommand
+from retime.cli.terminal import Stages
+from retime.motion.timecode import parse_frame_range
+
+# As many digits as a range can have.
+_MANY_FRAMES = 10**15
+
+
+def _range(text: str) -> str:
+    """Refuse what is no range in any clip; which frames it means depends on the clip."""
+    parse_frame_range(text, _MANY_FRAMES * 2, -_MANY_FRAMES)
+    return text
+
+
+_EXAMPLES = (
+    "\b\nExamples\n"
+    "  retime warp walk.bvh --frames 0:90 --length 60% --save hand.json\n"
+    "  retime imitate walk.bvh --example 0:90 --warp hand.json -o quick.bvh\n"
+)
+
+
+@click.command("imitate", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.argument("clip", type=PATH)
+@clip_options
+@click.option(
+    "--example",
+    cls=Option,
+    section="Example",
+    metavar="A:B",
+    required=True,
+    callback=parsed(_range),
+    help="The frames that were retimed by hand, as the file numbers them, both included.",
+)
+@click.option(
+    "--warp",
+    "hand",
+    cls=Option,
+    section="Example",
+    metavar="WARP.json",
+    type=PATH,
+    required=True,
+    help="Their warp, of any origin; its input time 0 is the example's first frame.",
+)
+@length_option("free")
+@key_option
+@search_options
+@control_options_of_one_clip
+@output_options
+def command(
+    *,
+    clip: Path,
+    clip_options: ClipOptions,
+    example: str,
+    hand: Path,
+    length: str | None,
+    keys: tuple[Key, ...],
+    search: dict[str, Any],
+    control: ControlOptions,
+    outputs: OutputOptions,
+) -> None:
+    """Give all of CLIP the timing that a stretch of it was given by hand.
+
+    The stretch, retimed by its warp, is the reference that the whole clip imitates.
+    """
+    outputs.check(clip, [clip_options.skeleton, hand])
+
+    from retime.formats.warp_file import read_warp
+    from retime.warp.imitate import imitate
+
+    stages = Stages(quiet=outputs.quiet)
+    with stages.stage("read", "reading"):
+        timing = read_warp(hand)
+        motion = clip_options.read(clip)
+        others = [(clip_options.read(other), place) for other, place in outputs.also]
+        stretch = parse_frame_range(example, motion.n_frames, motion.first_frame)
+    with stages.stage("search", "searching"):
+        options = search | control.arguments(motion.rate, search.get("features"))
+        result = imitate(motion, stretch, timing, length=length or "free", keys=keys, **options)
+    warp = replace(result.warp, name=motion.name)
+    found = Found(clip, motion, others, "guided", warp, result)
+    deliver(found, outputs, stages, {"references": [str(hand)], "example": example})

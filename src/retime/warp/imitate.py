@@ -1,0 +1,82 @@
+"""Propagation: a stretch of a clip is retimed by hand, and the rest of the clip follows (§4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from retime.errors import OptionError
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.warp.apply import apply_warp
+from retime.warp.curve import Warp
+from retime.warp.guided import guided_warp
+from retime.warp.reference import Reference
+from retime.warp.session import GuidedWarp
+
+
+def imitate(
+    motion: Motion | Signal,
+    example: tuple[int, int],
+    hand: Warp,
+    *,
+    length: str | int | None = "free",
+    **options: Any,
+) -> GuidedWarp:
+    """Find the warp that gives a whole clip the timing that a stretch of it was given by hand.
+
+    The stretch, retimed, is the reference; the clip then moves like it. Its frames are not averaged where the hand's
+    warp is fast: the reference is looked at, not shown.
+
+    Parameters
+    ----------
+    motion : Motion or Signal
+        The input.
+    example : (int, int)
+        The stretch: first frame and the one after its last, counted from 0, as in ``motion.frames(start, stop)``.
+    hand : Warp
+        Its timing, found by whatever means. Input time 0 is the stretch's first frame.
+    length : str, int or None
+        As `guided_warp` has it; "free" where left out, for the hand's warp says how fast, not how long.
+    **options
+        The other options of `guided_warp`, but for `reference`.
+
+    Returns
+    -------
+    GuidedWarp
+        For the whole of `motion`.
+
+    Raises
+    ------
+    OptionError
+        The stretch leaves the clip, the hand's warp leaves the stretch, or an option is wrong.
+    InfeasibleWarpError
+        No warp meets the keytimes within the limits.
+
+    Examples
+    --------
+    A swing of one second, played by hand at half its speed; the other seven follow.
+
+    >>> import numpy as np
+    >>> from fractions import Fraction
+    >>> t = np.arange(8 * 30 + 1) / 30
+    >>> swing = Signal(("x", "y"), np.stack([np.sin(2 * np.pi * t), np.cos(2 * np.pi * t)], axis=1), Fraction(30))
+    >>> slow = imitate(swing, (0, 31), Warp([0.0, 2.0], [0.0, 1.0]))
+    >>> round(float(np.median(slow.warp.slopes)), 2)
+    0.5
+    """
+    start, stop = example
+    stretch = motion.frames(start, stop)
+    near = 0.5 / float(motion.rate)
+    low, high = float(hand.input_times.min()), float(hand.input_times.max())
+    if low < -near or high > stretch.duration + near:
+        raise OptionError(
+            f"the warp made by hand shows input times {low:g} to {high:g} s, but its example (frames {start} to "
+            f"{stop - 1}) lasts {stretch.duration:g} s: name the frames that it was made for, counted from their first"
+        )
+    shown = replace(stretch, name=f"{motion.name or 'the clip'} by hand")
+    if isinstance(shown, Signal):
+        return guided_warp(
+            motion, reference=Reference(apply_warp(shown, hand, average=False)), length=length, **options
+        )
+    return guided_warp(motion, reference=Reference(apply_warp(shown, hand, average=False)), length=length, **options)
