@@ -29,7 +29,14 @@ from retime.warp.control import BoolArray, Lock, LockedSpan
 from retime.warp.curve import Keytime, Warp, add_times, blend
 from retime.warp.explain import Explanation, explain_path
 from retime.warp.features import PoseOptions
-from retime.warp.keytimes import Reduction, as_keytimes, knots_of_path, nearest_frame, reduce_to_compression
+from retime.warp.keytimes import (
+    Reduction,
+    as_keytimes,
+    check_keytimes,
+    knots_of_path,
+    nearest_frame,
+    reduce_to_compression,
+)
 from retime.warp.path import FramePath, shortest_path
 from retime.warp.picture import facts_html, warp_html
 from retime.warp.reference import Reference, model_poses
@@ -249,7 +256,7 @@ class Session:
         slowest, fastest = (0.0, math.inf) if speed is None else speed
         if not 0 <= slowest <= fastest or fastest == 0:
             raise OptionError(f"speed limits must be above 0, the slowest first; found {slowest:g} to {fastest:g}")
-        keytimes = as_keytimes(self.motion, length, keys)
+        keytimes = check_keytimes(as_keytimes(self.motion, length, keys), self.motion.duration)
         free = math.isinf(keytimes[-1].output_time)
         if (min_length is not None or max_length is not None) and not free:
             raise OptionError("bounds on the length need a free length (length='free')")
