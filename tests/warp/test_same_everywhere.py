@@ -1,0 +1,71 @@
+"""The same request gives the same path on one thread and two, with wide vectors and narrow, compiled and in NumPy."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import retime
+from retime.kernels import compiled_available
+from retime.warp.reference import model_poses
+
+# Pose vectors at 30 Hz in, digests of scores and frames of paths out. Six seconds of each clip keep NumPy quick.
+CHILD = """
+import hashlib, sys
+import numpy as np
+from retime.warp.path import shortest_path
+from retime.warp.score import build_model, triple_scores
+
+clips = np.load(sys.argv[1])
+for name in sorted(clips.files):
+    poses = clips[name][:180]
+    model = build_model([poses], rate=30, time_scale=0.1)
+    for score in ("joint", "conditional"):
+        scores = triple_scores(poses, model, max_skip=6, score=score)
+        path = shortest_path(scores, n_output=max(3, round(0.65 * len(poses))))
+        print(name, score, hashlib.sha256(scores.tobytes()).hexdigest(), *path.frames)
+"""
+
+SETTINGS = {
+    "one thread": {"RETIME_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+    "two threads": {"RETIME_THREADS": "2"},
+    "AVX2": {"RETIME_SIMD": "avx2"},
+    "no wide vectors": {"RETIME_SIMD": "plain"},
+    "NumPy": {"RETIME_BACKEND": "numpy"},
+}
+
+
+def test_every_clip_gives_the_same_bits_and_the_same_path_everywhere(mocap: Path, tmp_path: Path) -> None:
+    if not compiled_available():
+        pytest.skip("the compiled kernels were not built")
+    poses = {}
+    for path in sorted([*mocap.glob("*/*.bvh"), *mocap.glob("*/*.amc")]):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", retime.FormatWarning)
+            clip = retime.read(path)
+        clip = clip.frames(0, min(clip.n_frames, round(6.5 * clip.rate)))
+        poses[path.name] = model_poses(clip).input.at_rate(30.0, 4.0)
+    assert len(poses) > 30
+    np.savez(tmp_path / "poses.npz", **poses)
+    answers = {}
+    for setting, variables in SETTINGS.items():
+        done = subprocess.run(
+            [sys.executable, "-c", CHILD, str(tmp_path / "poses.npz")],
+            env=os.environ | variables,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        answers[setting] = done.stdout.splitlines()
+    expected = answers["one thread"]
+    assert len(expected) == 2 * len(poses)
+    for setting, lines in answers.items():
+        different = [line.split()[:2] for line, other in zip(lines, expected, strict=True) if line != other]
+        assert not different, f"{setting} differs on {different}"
