@@ -23,7 +23,7 @@ class Growth:
         self.bench, self.quick = bench, quick
         self.longest = 120 if quick else 48_000
         self.take = clips.long_take(self.longest)
-        self.reference = clips.long_take(60 if quick else 1000, seed=7)
+        self.reference = clips.long_take(60 if quick else 4000, seed=7)
         self.rounds, self.seconds = (2, 0.01) if quick else (7, 1.0)
         self.case = bench.case("growth", self.take, self.reference)
         self.mirror = bench.case("mirror", self.reference, self.take)
@@ -72,6 +72,20 @@ class Growth:
             for task in tasks.values():
                 task.drop()
         return found
+
+    def path_hard(self) -> dict[str, Any]:
+        """Search takes most of whose motions the reference doesn't have: whole stretches switch speed at one price."""
+        sizes = self.scale(3000, 6000, 12_000)
+        case = self.bench.case("hard", self.take[: sizes[-1]], self.reference[: len(self.reference) // 4])
+        scores, worker = self.bench.scores("hard", case, SKIP), self.bench.worker(1)
+        tasks = {n: worker.task("retime_path", scores=scores, n_input=n, n_output=round(0.6 * n)) for n in sizes}
+        figures = summary(
+            take_turns({str(n): task for n, task in tasks.items()}, rounds=self.rounds, seconds=self.seconds)
+        )
+        return {
+            "n_input": sizes, "r": len(self.reference) // 4, "facts": [tasks[n].facts() for n in sizes],
+            "seconds": [figures[str(n)]["median"] for n in sizes],
+        }  # fmt: skip
 
     def path_in_m(self) -> dict[str, Any]:
         """Search one take for growing lengths of the output."""
@@ -180,6 +194,7 @@ def main() -> None:
         results["roofline"] = growth.roofline()
         results["threads"] = growth.threads()
         results["path_in_n"] = growth.path_in_n()
+        results["path_hard"] = growth.path_hard()
         results["path_in_m"] = growth.path_in_m()
         results["path_in_s"] = growth.path_in_s()
         results["scores_in_n"] = growth.scores("n", growth.scale(500, 1000, 2000, 4000, 8000))

@@ -117,7 +117,7 @@ class Targets:
     def long_path(self) -> None:
         """Growth of the path's time up to 48,000 frames, and the longest one's proof and memory."""
         sizes = [30, 120] if self.quick else [3000, 6000, 12_000, 24_000, 48_000]
-        case = self.bench.case("long", clips.long_take(sizes[-1]), clips.long_take(30 if self.quick else 1000, seed=7))
+        case = self.bench.case("long", clips.long_take(sizes[-1]), clips.long_take(30 if self.quick else 4000, seed=7))
         scores = self.bench.scores("long", case, 8)
         worker = self.bench.worker(1)
         wanted = {n: {"scores": scores, "n_input": n, "n_output": round(0.6 * n)} for n in sizes}

@@ -90,6 +90,8 @@ noise.
 |---|{dashes}---|
 {path}
 
+The reference has {r:,} frames, about as many as all the clips together. {hard}
+
 * Scores grow with n to the power {scores_n:.2f}, with r to the power {scores_r:.2f}, with s to the power
   {scores_s:.2f}.
 * Memory that the scores take for n = {fixed}: {memory}.
@@ -194,7 +196,19 @@ def _growth(growth: Mapping[str, Any]) -> str:
         lines.append(f"| {search} | " + " | ".join(cells) + " |")
         cells = [*(f"{peak / 1e6:.1f} MB" for peak in found["peak_bytes"]), *empty, ""]
         lines.append(f"| {search}, memory | " + " | ".join(cells) + " |")
+    hard = growth["path_hard"]
+    excess = max(facts["excess"] for facts in hard["facts"])
+    slow = ", ".join(
+        f"n = {n:,} took {_ms(seconds)} ms ({facts['search']})"
+        for n, seconds, facts in zip(hard["n_input"], hard["seconds"], hard["facts"], strict=True)
+    )
     return _GROWTH.format(
+        r=path["r"],
+        hard=(
+            f"With {hard['r']:,} frames of it, which lack most of the motions, whole stretches of a take change\n"
+            f"speed at one price, the optimum is up to {excess * 100:.2g} % above the bound, and more labels survive:\n"
+            f"{slow}."
+        ),
         sizes=" | ".join(f"n = {n:,}" for n in path["n_input"]),
         dashes="---|" * len(path["n_input"]),
         path="\n".join(lines),
