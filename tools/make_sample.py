@@ -574,13 +574,13 @@ def pressure() -> FloatArray:
             under(step.lift, 1 - step.side, 5.5 if i else 3.0)
             under(step.strike, 1 - step.side, (17.0 if i else 13.0) if i < len(walk) - 1 else 8.0)
             places[step.side] = np.array([step.x, step.z])
-        settle = walk[-1].strike + 0.25
-        if settle < jump.dip - 1.0:
-            between(settle, 4.5)
+        still = walk[-1].strike + 0.25
+        if still < jump.dip - 1.0:
+            between(still, 4.5)
             # The pause: rest on the right leg, then on both again.
-            between(settle + 0.35, 4.0, 0.68)
+            between(still + 0.35, 4.0, 0.68)
             between(jump.dip - 0.35, 5.0, 0.60)
-        between(max(jump.dip, settle), 4.5)
+        between(max(jump.dip, still), 4.5)
         between(jump.bottom - 0.05, 1.0)
         between(jump.takeoff - 0.12, 12.0)
         between(jump.takeoff, 16.0)
