@@ -79,15 +79,15 @@ $(BENCH): requirements/bench.txt $(LOCKED)
 	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements/bench.txt
 	@touch $@
 
-# Without a compiler the NumPy backend alone is installed. Where one works, a kernel that fails to build is an error:
-# otherwise the tests would pass on the backend that was not meant.
+# Without a compiler the NumPy backend alone is installed, and what CMake remembers of the search is removed. Where one
+# works, a kernel that fails to build is an error: otherwise the tests would pass on the backend that was not meant.
+INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation --editable .
 $(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
 	@headers=$$($(PY) -c 'import sysconfig; print(sysconfig.get_path("include"))'); \
 	if printf '#include <Python.h>\n#include <thread>\nint main() {}\n' | \
 		$${CXX:-c++} -std=c++20 -I"$$headers" -x c++ - -o $(VENV)/.compiles 2>/dev/null; \
-	then export RETIME_REQUIRE_KERNELS=1; echo "Building the C++ kernels"; \
-	else echo "Found no C++20 compiler with Python's headers"; fi; \
-	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	then echo "Building the C++ kernels"; RETIME_REQUIRE_KERNELS=1 $(INSTALL); \
+	else echo "Found no C++20 compiler with Python's headers"; $(INSTALL) && rm -rf build; fi
 	@$(PY) -c 'import importlib.util as u; \
 		print("Installed with the", "C++" if u.find_spec("retime.kernels._kernels") else "NumPy", "backend")'
 	@touch $@
