@@ -640,25 +640,46 @@ TRUNK = {"Spine": 0.4, "Spine1": 0.35, "Chest": 0.25}
 NECK = {"Neck": 0.45, "Head": 0.55}
 
 
-def carriage(feet: tuple[Foot, Foot], centre: FloatArray, mass: FloatArray) -> dict[str, FloatArray]:
-    """Return the Euler angles (Z, Y, X) of every joint above the legs, and of the root."""
-    angles = {name: np.zeros((len(TIMES), 3)) for name in NAMES}
-    # Stride: 1 with the left foot a full step ahead, -1 with the right. In flight the feet are level.
-    apart = feet[0].ankle[:, 2] - feet[1].ankle[:, 2]
-    stride = soften(apart / 65, 0.045)
-    late = np.roll(stride, int(0.045 * RATE * FINE))
-    late[: int(0.045 * RATE * FINE)] = stride[0]
-    speed = np.gradient(mass[:, 1], TIMES) / 120
-    push = soften(np.gradient(speed, TIMES), 0.08)
-    in_air = np.zeros(len(TIMES), dtype=bool)
+@dataclass(frozen=True)
+class Gait:
+    """What trunk and arms answer, over the whole clip."""
+
+    stride: FloatArray  # 1 with the left foot a full step ahead, -1 with the right
+    late: FloatArray  # the same, as the upper body follows it
+    walking: FloatArray  # 1 at full speed, 0 at rest and in a jump
+    push: FloatArray  # forward acceleration, outside of jumps
+    carries: FloatArray  # 1 where the right leg bears all, -1 the left
+    breath: FloatArray
+
+
+def read_gait(feet: tuple[Foot, Foot], centre: FloatArray, ground: FloatArray) -> Gait:
+    """Read off the feet, the centre of pressure and the path of the centre of mass how the figure walks."""
+    stride = soften((feet[0].ankle[:, 2] - feet[1].ankle[:, 2]) / 65, 0.045)
+    lag = int(0.045 * RATE * FINE)
+    late = np.concatenate([np.full(lag, stride[0]), stride[:-lag]])
+    jumping = np.zeros(len(TIMES), dtype=bool)
     for jump in JUMPS:
-        in_air |= (jump.dip < TIMES) & (jump.stand > TIMES)
-    walking = soften(np.where(in_air, 0.0, np.clip(speed, 0.0, 1.0)), 0.1)
-    # Which leg carries: 1 the right, -1 the left.
+        jumping |= (jump.dip < TIMES) & (jump.stand > TIMES)
+    speed = np.gradient(ground[:, 1], TIMES) / 120
+    push = np.where(jumping, 0.0, soften(np.gradient(speed, TIMES), 0.08))
+    walking = soften(np.where(jumping, 0.0, np.clip(speed, 0.0, 1.0)), 0.1)
     left, right = feet[0].ankle[:, 0], feet[1].ankle[:, 0]
     carries = soften(np.clip(2 * (centre[:, 0] - left) / (right - left) - 1, -1.2, 1.2), 0.05)
-    quiet = 1 - walking
+    return Gait(stride, late, walking, push, carries, np.sin(2 * np.pi * 0.28 * TIMES + 0.6))
 
+
+def carriage(gait: Gait) -> dict[str, FloatArray]:
+    """Return the Euler angles (Z, Y, X) of the root and of every joint above the legs; the legs' are 0."""
+    angles = {name: np.zeros((len(TIMES), 3)) for name in NAMES}
+    hold_trunk(gait, angles)
+    for side in (0, 1):
+        swing_arm(side, gait, angles)
+    return angles
+
+
+def hold_trunk(gait: Gait, angles: dict[str, FloatArray]) -> None:
+    """Fill in pelvis, spine, neck and head: each level's turn in the world, spread over the joints below it."""
+    walking, quiet, carries = gait.walking, 1 - gait.walking, gait.carries
     pelvis_pitch = flow(
         over_jumps(
             ("dip", 0, 0),
@@ -697,12 +718,12 @@ def carriage(feet: tuple[Foot, Foot], centre: FloatArray, mass: FloatArray) -> d
         0.05,
     )
     pelvis_pitch += 2.0 * walking + 0.6 * wander(3) * quiet
-    trunk_pitch += 1.0 + 2.5 * walking + np.where(in_air, 0.0, 1.5 * push) + 0.5 * wander(4)
+    trunk_pitch += 1.0 + 2.5 * walking + 1.5 * gait.push + 0.5 * wander(4)
     trunk_pitch = soften(trunk_pitch, 0.03)
     gaze_pitch += 1.2 * wander(5) + 3.0 * walking
 
-    pelvis_yaw = -5.5 * stride + 1.0 * wander(6) * quiet
-    chest_yaw = 5.0 * late + 1.2 * wander(7) * quiet
+    pelvis_yaw = -5.5 * gait.stride + 1.0 * wander(6) * quiet
+    chest_yaw = 5.0 * gait.late + 1.2 * wander(7) * quiet
     pause, resume = WALKS[0][-1].strike, WALKS[1][0].lift
     first, second = JUMPS
     look = flow(
@@ -735,75 +756,74 @@ def carriage(feet: tuple[Foot, Foot], centre: FloatArray, mass: FloatArray) -> d
     ):
         shared(angles, axis, upper - lower, TRUNK)
         shared(angles, axis, top - upper, NECK)
-    breath = np.sin(2 * np.pi * 0.28 * TIMES + 0.6)
-    angles["Chest"][:, 2] -= 0.7 * breath
-    angles["Neck"][:, 2] += 0.7 * breath
+    angles["Chest"][:, 2] -= 0.7 * gait.breath
+    angles["Neck"][:, 2] += 0.7 * gait.breath
 
-    for side, name in enumerate(SIDES):
-        out, lag = OUTWARD[side], 0.012 * (1 - 2 * side)
-        swing = late * (1 if side else -1)  # forward with the other foot
-        reach = flow(
-            over_jumps(
-                ("dip", 0.0, 0),
-                ("bottom", -0.18 + lag, -52),
-                ("bottom", -0.03 + lag, -38),
-                ("takeoff", 0.02 + lag, 95),
-                ("middle", -0.06, 110),
-                ("touchdown", lag, 62),
-                ("absorbed", 0.04 + lag, 56),
-                ("stand", -0.15 + lag, -5),
-                ("stand", 0.25, 0),
-                scaled=True,
-            ),
-            0.035,
-        )
-        bend = flow(
-            over_jumps(
-                ("dip", 0.0, 0),
-                ("bottom", -0.12 + lag, 6),
-                ("bottom", 0.08 + lag, 30),
-                ("takeoff", -0.03 + lag, 52),
-                ("middle", 0, 32),
-                ("touchdown", lag, 26),
-                ("absorbed", 0.02, 42),
-                ("stand", -0.1, 6),
-                ("stand", 0.25, 0),
-            ),
-            0.035,
-        )
-        spread = flow(
-            over_jumps(
-                ("dip", 0, 0),
-                ("bottom", -0.1, 7),
-                ("takeoff", 0, 4),
-                ("middle", 0, 14),
-                ("touchdown", 0, 16),
-                ("absorbed", 0.05, 14),
-                ("stand", 0, 0),
-            ),
-            0.05,
-        )
-        flex = (
-            reach + (17.0 + 2 * side) * swing * np.clip(walking * 1.3, 0, 1) - 2.0 * walking + 1.2 * wander(11 + side)
-        )
-        elbow = 13 + 2 * side + bend + walking * (8 + 9 * swing) + 1.5 * wander(13 + side)
-        raised = np.clip(reach / 90, 0.0, 1.2)
-        # The shoulder girdle goes along with an arm that rises or swings.
-        angles[f"{name}Shoulder"][:, 0] = out * (0.12 * np.maximum(reach, 0) + 0.8 * breath)
-        angles[f"{name}Shoulder"][:, 1] = -out * (0.10 * flex)
-        angles[f"{name}Arm"][:] = np.stack(
-            [
-                out * ((7.5 + spread) * (1 - 0.8 * raised) - 0.12 * np.maximum(reach, 0) + 0.7 * wander(15 + side)),
-                -out * (14 - 36 * raised),
-                -flex,
-            ],
-            axis=-1,
-        )
-        angles[f"{name}ForeArm"][:, 2] = -elbow
-        angles[f"{name}ForeArm"][:, 1] = -out * (7 + 0.04 * bend) * (1 - 0.8 * raised)
-        angles[f"{name}Hand"][:, 2] = -6 - 0.15 * elbow + 2 * wander(17 + side)
-        angles[f"{name}Hand"][:, 0] = -out * 3.0
-    return angles
+
+def swing_arm(side: int, gait: Gait, angles: dict[str, FloatArray]) -> None:
+    """Fill in an arm, with its shoulder: it swings with the other leg, and helps in a jump."""
+    name, out, walking = SIDES[side], OUTWARD[side], gait.walking
+    lag = 0.012 * (1 - 2 * side)
+    swing = gait.late * (1 if side else -1)  # forward with the other foot
+    reach = flow(
+        over_jumps(
+            ("dip", 0.0, 0),
+            ("bottom", -0.18 + lag, -52),
+            ("bottom", -0.03 + lag, -38),
+            ("takeoff", 0.02 + lag, 95),
+            ("middle", -0.06, 110),
+            ("touchdown", lag, 62),
+            ("absorbed", 0.04 + lag, 56),
+            ("stand", -0.15 + lag, -5),
+            ("stand", 0.25, 0),
+            scaled=True,
+        ),
+        0.035,
+    )
+    bend = flow(
+        over_jumps(
+            ("dip", 0.0, 0),
+            ("bottom", -0.12 + lag, 6),
+            ("bottom", 0.08 + lag, 30),
+            ("takeoff", -0.03 + lag, 52),
+            ("middle", 0, 32),
+            ("touchdown", lag, 26),
+            ("absorbed", 0.02, 42),
+            ("stand", -0.1, 6),
+            ("stand", 0.25, 0),
+        ),
+        0.035,
+    )
+    spread = flow(
+        over_jumps(
+            ("dip", 0, 0),
+            ("bottom", -0.1, 7),
+            ("takeoff", 0, 4),
+            ("middle", 0, 14),
+            ("touchdown", 0, 16),
+            ("absorbed", 0.05, 14),
+            ("stand", 0, 0),
+        ),
+        0.05,
+    )
+    flex = reach + (17.0 + 2 * side) * swing * np.clip(walking * 1.3, 0, 1) - 2.0 * walking + 1.2 * wander(11 + side)
+    elbow = 13 + 2 * side + bend + walking * (8 + 9 * swing) + 1.5 * wander(13 + side)
+    raised = np.clip(reach / 90, 0.0, 1.2)
+    # The shoulder girdle goes along with an arm that rises or swings.
+    angles[f"{name}Shoulder"][:, 0] = out * (0.12 * np.maximum(reach, 0) + 0.8 * gait.breath)
+    angles[f"{name}Shoulder"][:, 1] = -out * (0.10 * flex)
+    angles[f"{name}Arm"][:] = np.stack(
+        [
+            out * ((7.5 + spread) * (1 - 0.8 * raised) - 0.12 * np.maximum(reach, 0) + 0.7 * wander(15 + side)),
+            -out * (14 - 36 * raised),
+            -flex,
+        ],
+        axis=-1,
+    )
+    angles[f"{name}ForeArm"][:, 2] = -elbow
+    angles[f"{name}ForeArm"][:, 1] = -out * (7 + 0.04 * bend) * (1 - 0.8 * raised)
+    angles[f"{name}Hand"][:, 2] = -6 - 0.15 * elbow + 2 * wander(17 + side)
+    angles[f"{name}Hand"][:, 0] = -out * 3.0
 
 
 # Legs and root ------------------------------------------------------------------------------------------------------
@@ -974,7 +994,7 @@ def solve() -> tuple[Motion, dict[str, FloatArray]]:
         y_acceleration = leap_acceleration + np.where(say < 1, np.gradient(np.gradient(rest, TIMES), TIMES), 0.0)
         ground = pendulum(centre, y, y_acceleration)
         mass = np.stack([ground[:, 0], y, ground[:, 1]], axis=-1)
-        angles = carriage(feet, centre, ground)
+        angles = carriage(read_gait(feet, centre, ground))
         hips = rotation.from_euler("ZYX", np.radians(angles["Hips"]))
         upper = upper_mass(angles)
         # Few steps do while all else still moves; in the end the feet must not slip.
