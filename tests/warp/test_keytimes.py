@@ -92,8 +92,9 @@ def test_a_tangent_goes_with_its_key(clip: Signal) -> None:
     ]
 
 
-def test_a_clip_of_one_frame_can_be_held() -> None:
-    assert pairs(as_keytimes(wandering_signal(1, 30), "10f", [])) == [(0, 0), (0, 0.3)]
+def test_a_clip_of_one_frame_has_no_timing_to_change() -> None:
+    with pytest.raises(OptionError, match="one frame"):
+        as_keytimes(wandering_signal(1, 30), "10f", [])
 
 
 @pytest.mark.parametrize(
@@ -105,6 +106,7 @@ def test_a_clip_of_one_frame_can_be_held() -> None:
         pytest.param(None, [(1.0,)], id="one_number"),
         pytest.param(None, [(1.0, 2.0, 3.0, 4.0)], id="four_numbers"),
         pytest.param(None, [(None, 2.0)], id="no_input_time"),
+        pytest.param(None, [(1.0, -0.5)], id="before_the_output_begins"),
         pytest.param("1f", [], id="one_frame"),
         pytest.param("0%", [], id="no_length"),
         pytest.param("half", [], id="not_a_length"),
