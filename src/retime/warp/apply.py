@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
-from typing import TypeVar
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeVar
 
 import numpy as np
 
-from retime.errors import RetimeWarning
-from retime.kernels import FloatArray
+from retime.errors import OptionError, RetimeWarning
+from retime.kernels import FloatArray, IntArray
 from retime.motion import rotation
+from retime.motion.contacts import BoolArray, Contacts, Slip, slip
+from retime.motion.contacts import contacts as find_contacts
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
 AnyMotion = TypeVar("AnyMotion", Motion, Signal)
+
+# Half-widths (in frames) up to this are none: a warp's times are rounded.
+_CLOSED = 1e-6
+# Windows of more frames are summed one by one.
+_LONG = 16
 
 
 def output_frame_times(warp: Warp, rate: float) -> FloatArray:
@@ -27,12 +36,25 @@ def output_frame_times(warp: Warp, rate: float) -> FloatArray:
     return times
 
 
-def apply_warp(motion: AnyMotion, warp: Warp, *, average: bool = True) -> AnyMotion:
+def apply_warp(
+    motion: AnyMotion,
+    warp: Warp,
+    *,
+    average: bool = True,
+    contacts: Contacts | Literal["find"] | None = "find",
+    keep_root_path: bool = True,
+    loop: bool = False,
+) -> AnyMotion:
     """Show a motion with a warp's timing, at the motion's own rate (§3.4).
 
     Rotations are slerped, everything else is interpolated linearly. Where the warp plays faster than life by c,
     each output frame is the mean of the input over a window of c frames, so that sway does not become jitter; where
     it does not, poses come straight from the input. The window closes at the ends, whose poses are kept.
+
+    Two things are not averaged unless asked for. While a foot stands, the joints from the root to that foot come
+    straight from the input, so that averaging makes no foot slide; toward a contact their window closes, after it it
+    opens again, and the other joints go on being averaged. And the root's place is always one that it has in the
+    input. The paper averages everything: ``contacts=None, keep_root_path=False``.
 
     Parameters
     ----------
@@ -42,16 +64,31 @@ def apply_warp(motion: AnyMotion, warp: Warp, *, average: bool = True) -> AnyMot
         From output time to input time.
     average : bool
         Average where sped up.
+    contacts : Contacts, "find" or None
+        When the input's feet stand, frame by frame; "find" looks (`retime.motion.contacts.contacts`). None averages
+        feet like everything else. Signals have no feet.
+    keep_root_path : bool
+        Don't average the root's translation: the output's root goes where the input's went, however fast.
+    loop : bool
+        The clip is a cycle, its last frame the first one again, and the warp plays all of it. The averaging window
+        then goes on across the seam instead of closing at the ends, so that the seam has no corner. This holds for all
+        joints but the root, which may have walked on and turned since the first frame: its window closes as ever. A
+        signal goes on from its last value as it did from its first.
 
     Returns
     -------
     Motion or Signal
         Same rate, names and channels; ``round(warp.output_duration * rate) + 1`` frames.
 
+    Raises
+    ------
+    OptionError
+        The contacts are of another number of frames.
+
     Warns
     -----
     RetimeWarning
-        The warp and the motion don't cover the same input times.
+        The warp and the motion don't cover the same input times, or a loop's last pose is not its first.
 
     Examples
     --------
@@ -60,14 +97,50 @@ def apply_warp(motion: AnyMotion, warp: Warp, *, average: bool = True) -> AnyMot
     >>> apply_warp(ramp, Warp([0.0, 2.0], [0.0, 4.0]), average=False).values[:, 0].tolist()
     [0.0, 2.0, 4.0]
     """
-    rate = float(motion.rate)
     _compare_ranges(motion, warp)
-    output_times = output_frame_times(warp, rate)
+    if isinstance(motion, Motion):
+        if isinstance(contacts, Contacts):
+            _check_contacts(motion, contacts)
+        if loop:
+            _check_seam(motion)
+    return _apply(motion, warp, average, contacts, keep_root_path, loop)
+
+
+def _apply(
+    motion: AnyMotion,
+    warp: Warp,
+    average: bool,
+    contacts: Contacts | Literal["find"] | None,
+    keep_root_path: bool,
+    loop: bool,
+) -> AnyMotion:
+    """Do what `apply_warp` says, without its warnings."""
+    output_times = output_frame_times(warp, float(motion.rate))
     input_times = warp(output_times)
     result = motion.at(input_times)
-    if average:
-        result = _average_where_fast(result, motion, warp, output_times, input_times)
-    return replace(result, first_frame=motion.first_frame)
+    windows = _windows(motion, warp, output_times, input_times, loop=loop) if average else None
+    if windows is None or not windows.any_open:
+        return replace(result, first_frame=motion.first_frame)
+    if isinstance(result, Signal):
+        assert isinstance(motion, Signal)
+        values = result.values.copy()
+        _average(values, motion.values, np.arange(values.shape[1]), windows, windows.wrapped)
+        return replace(result, values=values, first_frame=motion.first_frame)
+    assert isinstance(motion, Motion)
+    groups = _joint_groups(motion, windows, find_contacts(motion) if contacts == "find" else contacts)
+    translations = result.local_translations.copy()
+    # Joints that stay where they are in their parents, as most do, have nothing to average.
+    moving = np.any(motion.local_translations != motion.local_translations[0], axis=(0, 2))
+    moving[0] &= not keep_root_path
+    for group in groups:
+        for joints, half in windows.of(group.joints, group.half):
+            _average(translations, motion.local_translations, joints[moving[joints]], windows, half)
+    return replace(
+        result,
+        rotations=_average_rotations(result.rotations, motion, windows, groups),
+        translations=translations,
+        first_frame=motion.first_frame,
+    )
 
 
 def _compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
@@ -89,50 +162,236 @@ def _compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
     warnings.warn(message, RetimeWarning, stacklevel=3)
 
 
-def window_frames(warp: Warp, rate: float, output_times: FloatArray) -> FloatArray:
-    """Return how many input frames each output frame averages: its speed where above 1 (§3.4), else 1."""
+def _check_contacts(motion: Motion, contacts: Contacts) -> None:
+    if contacts.n_frames != motion.n_frames:
+        raise OptionError(
+            f"the contacts are those of {contacts.n_frames} frames, but {motion.name or 'the motion'} has "
+            f"{motion.n_frames}"
+        )
+
+
+def _check_seam(motion: Motion) -> None:
+    """Warn where a loop's last pose is no repetition of its first: where a joint has to turn to get there."""
+    q = motion.rotations[:, 1:]
+    if motion.n_frames < 2 or not q.size:
+        return
+    steps, seam = _turns(q[1:], q[:-1]).max(axis=1), _turns(q[-1], q[0])
+    joint = int(np.argmax(seam))
+    # A clip that ends one frame before its first has a seam of one step. A thousandth of a radian can't be seen.
+    if seam[joint] > max(float(np.median(steps)) / 2, 1e-3):
+        warnings.warn(
+            f"the last pose of {motion.name or 'the motion'} is not its first one again, as a loop's should be: "
+            f"{motion.skeleton.names[1 + joint]!r} is {np.degrees(seam[joint]):.1f} degrees away",
+            RetimeWarning,
+            stacklevel=3,
+        )
+
+
+def _turns(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Angles between rotations (..., 4), radians."""
+    return np.asarray(2 * np.arccos(np.minimum(np.abs(np.einsum("...c,...c->...", a, b)), 1.0)))
+
+
+def window_frames(warp: Warp, rate: float, output_times: FloatArray, *, loop: bool = False) -> FloatArray:
+    """Return how many input frames each output frame averages: its speed where above 1 (§3.4), else 1.
+
+    The speed is the mean over the output frame's own period; what of that lies beyond the ends is left out, or is taken
+    from the other end of a loop.
+    """
     period = 1.0 / rate
-    before = np.maximum(output_times - period / 2, warp.output_start)
-    after = np.minimum(output_times + period / 2, warp.output_end)
+    before, after = output_times - period / 2, output_times + period / 2
+    if loop:
+        again, gain = warp.output_duration, warp.input_times[-1] - warp.input_times[0]
+        early, late = before < warp.output_start, after > warp.output_end
+        travel = warp(np.where(late, after - again, after)) - warp(np.where(early, before + again, before))
+        travel += gain * (early.astype(float) + late)
+    else:
+        before, after = np.maximum(before, warp.output_start), np.minimum(after, warp.output_end)
+        travel = warp(after) - warp(before)
     with np.errstate(invalid="ignore", divide="ignore"):
-        speed = np.abs(warp(after) - warp(before)) / (after - before)
+        speed = np.abs(travel) / (after - before)
     return np.asarray(np.maximum(np.nan_to_num(speed, nan=1.0), 1.0))
 
 
-def _average_where_fast(
-    result: AnyMotion, motion: AnyMotion, warp: Warp, output_times: FloatArray, input_times: FloatArray
-) -> AnyMotion:
-    rate = float(motion.rate)
-    half = (window_frames(warp, rate, output_times) - 1.0) / 2
-    centre = input_times * rate
-    half = np.minimum(half, np.minimum(centre, motion.n_frames - 1 - centre))
-    fast = np.flatnonzero(half > 1e-6)
-    if not len(fast):
-        return result
-    low, high = centre[fast] - half[fast], centre[fast] + half[fast]
-    if isinstance(result, Signal):
-        assert isinstance(motion, Signal)
-        values = result.values.copy()
-        values[fast] = _window_means(motion.values, low, high)
-        return replace(result, values=values)
-    assert isinstance(motion, Motion)
-    rotations, translations = result.rotations.copy(), result.local_translations.copy()
-    # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
-    # Where they go all the way round, and cancel, there is none: those joints keep the sampled rotation.
-    turned = _window_means(_one_side(motion.rotations), low, high)
-    apart = np.sum(turned * turned, axis=-1) < 0.1**2
-    turned[apart] = rotations[fast][apart]
-    rotations[fast] = rotation.normalize(turned)
-    translations[fast] = _window_means(motion.local_translations, low, high)
-    return replace(result, rotations=rotations, translations=translations)
+@dataclass(frozen=True, eq=False)
+class _Windows:
+    """Where each output frame averages the input, in frames of the input.
+
+    Attributes
+    ----------
+    centre : float array, shape (n_output,)
+        The middles of the windows.
+    closing, wrapped : float array, shape (n_output,)
+        Their half-widths where they close at the clip's ends, and where they go on across a loop's seam.
+    beyond : int
+        Frames beyond the seam that they may reach; 0 where the clip is no loop.
+    """
+
+    centre: FloatArray
+    closing: FloatArray
+    wrapped: FloatArray
+    beyond: int
+
+    @property
+    def any_open(self) -> bool:
+        """Whether anything is averaged at all."""
+        return bool(np.any(self.wrapped > _CLOSED))
+
+    def continued(self, values: FloatArray, gain: FloatArray | float = 0.0) -> FloatArray:
+        """Continue frames beyond a loop's seam; from one round to the next they gain `gain`."""
+        if not self.beyond:
+            return values
+        last = len(values) - 1
+        before, after = values[last - self.beyond : last] - gain, values[1 : self.beyond + 1] + gain
+        return np.concatenate([before, values, after])
+
+    def until_rest(self, at_rest: BoolArray) -> FloatArray:
+        """Count the frames from each middle to the nearest contact: 0 within one, infinite where there is none."""
+        at_rest = self.continued(at_rest.astype(np.float64)) > 0.5
+        frames = np.arange(len(at_rest))
+        earlier = np.maximum.accumulate(np.where(at_rest, frames, -np.inf))
+        later = np.minimum.accumulate(np.where(at_rest, frames, np.inf)[::-1])[::-1]
+        place = self.centre + self.beyond
+        before, after = np.floor(place).astype(np.intp), np.ceil(place).astype(np.intp)
+        away = np.minimum(place - earlier[before], later[after] - place)
+        return np.where(at_rest[before] & at_rest[after], 0.0, away)
+
+    def of(self, joints: IntArray, half: FloatArray) -> list[tuple[IntArray, FloatArray]]:
+        """Part increasing joints by their half-widths: a loop's root closes at the ends."""
+        if not (self.beyond and joints[0] == 0):
+            return [(joints, half)]
+        return [(joints[:1], np.minimum(half, self.closing)), (joints[1:], half)]
+
+    def means(self, values: FloatArray, half: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Find the output frames whose windows are open, and the means of continued values over these."""
+        fast = np.flatnonzero(half > _CLOSED)
+        middle = self.centre[fast] + self.beyond
+        return fast, _window_means(values, middle - half[fast], middle + half[fast])
+
+
+def _windows(
+    motion: Motion | Signal, warp: Warp, output_times: FloatArray, input_times: FloatArray, *, loop: bool
+) -> _Windows:
+    """Size the windows of all output frames by the warp's speed."""
+    rate, last = float(motion.rate), motion.n_frames - 1
+    half = (window_frames(warp, rate, output_times, loop=loop) - 1.0) / 2
+    centre = np.clip(input_times * rate, 0, last)
+    closing = np.minimum(half, np.minimum(centre, last - centre))
+    # A window wider than the whole cycle would count some of it more often than the rest.
+    wrapped = np.minimum(half, last / 2) if loop else closing
+    return _Windows(centre, closing, wrapped, min(last, int(np.ceil(wrapped.max()))) if loop else 0)
+
+
+@dataclass(frozen=True, eq=False)
+class _JointGroup:
+    """Joints that carry the same feet, and so have the same windows.
+
+    Attributes
+    ----------
+    joints : int array
+        Increasing.
+    chain : int array
+        These and all joints above them, increasing.
+    half : float array, shape (n_output,)
+        Half-widths of their windows.
+    """
+
+    joints: IntArray
+    chain: IntArray
+    half: FloatArray
+
+
+def _joint_groups(motion: Motion, windows: _Windows, contacts: Contacts | None) -> list[_JointGroup]:
+    """Group joints by the feet that they carry; the root's group comes first, a joint's before its children's."""
+    parents = motion.skeleton.parents
+    carried: list[set[int]] = [set() for _ in parents]
+    for foot, point in enumerate(() if contacts is None else contacts.feet):
+        joint = point.joint
+        while joint >= 0:
+            carried[joint].add(foot)
+            joint = parents[joint]
+    members = defaultdict(list)
+    for joint, feet in enumerate(carried):
+        members[frozenset(feet)].append(joint)
+    away = [] if contacts is None else [windows.until_rest(column) for column in contacts.at_rest.T]
+    groups = []
+    for standing, joints in members.items():
+        chain: set[int] = set()
+        for joint in joints:
+            while joint >= 0 and joint not in chain:
+                chain.add(joint)
+                joint = parents[joint]
+        half = windows.wrapped
+        for foot in standing:
+            # One frame of width for each frame of distance, and no more: so neither end moves against time. Opening
+            # more slowly made nothing smoother.
+            half = np.minimum(half, away[foot])
+        groups.append(_JointGroup(np.array(joints, np.intp), np.array(sorted(chain), np.intp), half))
+    return groups
+
+
+def _average(sampled: FloatArray, values: FloatArray, columns: IntArray, windows: _Windows, half: FloatArray) -> None:
+    """Put the means of columns of numbers (n_frames, n_columns, ...) where windows are open."""
+    if not len(columns):
+        return
+    values = values[:, columns]
+    gain = values[-1] - values[0]
+    # About the first frame, so that what is constant stays so to the last bit.
+    origin = values[0]
+    fast, means = windows.means(windows.continued(values - origin, gain), half)
+    sampled[fast[:, None], columns] = origin + means
+
+
+def _average_rotations(sampled: FloatArray, motion: Motion, windows: _Windows, groups: list[_JointGroup]) -> FloatArray:
+    """Turn each joint, in space, as the pose averaged over its window would have it."""
+    parents = motion.skeleton.parents
+    rotations = sampled.copy()
+    local: dict[int, dict[int, FloatArray]] = {}
+    for group in groups:
+        fast = np.flatnonzero(group.half > _CLOSED)
+        pose = dict(zip(group.chain.tolist(), _average_pose(sampled, motion, windows, group), strict=True))
+        for joint in group.joints.tolist():
+            local[joint], parent = pose, parents[joint]
+            own = pose[joint][fast]
+            if parent >= 0 and local[parent] is not pose:
+                # The parent carries a foot that this joint doesn't, and may be averaged over less.
+                there, here = (_turn_in_space(each, parents, parent, fast) for each in (local[parent], pose))
+                own = rotation.multiply(rotation.multiply(rotation.conjugate(there), here), own)
+            rotations[fast, joint] = own
+    return rotations
+
+
+def _turn_in_space(pose: Mapping[int, FloatArray], parents: Sequence[int], joint: int, frames: IntArray) -> FloatArray:
+    """Global rotation of a joint in some frames of a pose."""
+    turn = pose[joint][frames]
+    while parents[joint] >= 0:
+        joint = parents[joint]
+        turn = rotation.multiply(pose[joint][frames], turn)
+    return turn
+
+
+def _average_pose(sampled: FloatArray, motion: Motion, windows: _Windows, group: _JointGroup) -> list[FloatArray]:
+    """Local rotations of a group's chain, each (n_output, 4), averaged over the group's windows."""
+    pose = []
+    for joints, half in windows.of(group.chain, group.half):
+        result = sampled[:, joints]
+        # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
+        # Where they go all the way round, and cancel, there is none: those joints keep the sampled rotation.
+        fast, means = windows.means(_one_side(windows.continued(motion.rotations[:, joints])), half)
+        apart = np.einsum("fjc,fjc->fj", means, means) < 0.1**2
+        if apart.any():
+            means[apart] = result[fast][apart]
+        result[fast] = rotation.normalize(means)
+        pose += [result[:, column] for column in range(len(joints))]
+    return pose
 
 
 def _one_side(rotations: FloatArray) -> FloatArray:
     """Flip quaternions (n_frames, n_joints, 4) so that each lies on its predecessor's side."""
     turns = np.einsum("fjc,fjc->fj", rotations[1:], rotations[:-1]) < 0
-    flips = np.cumsum(turns, axis=0) % 2 == 1
-    if not flips.any():
+    if not turns.any():
         return rotations
+    flips = np.cumsum(turns, axis=0) % 2 == 1
     sides = np.ones((*rotations.shape[:2], 1))
     sides[1:][flips] = -1.0
     return rotations * sides
@@ -140,18 +399,89 @@ def _one_side(rotations: FloatArray) -> FloatArray:
 
 def _window_means(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Mean of the polyline through `values` (n_frames, ...) over each window [low, high], in frames."""
-    # Integrals from frame 0, about the mean so that long clips lose no digits.
-    origin = values.mean(axis=0)
-    centred = values - origin
-    integral = np.zeros_like(centred)
-    np.cumsum((centred[1:] + centred[:-1]) / 2, axis=0, out=integral[1:])
+    flat = values.reshape(len(values), -1)
+    means = np.empty((len(low), flat.shape[1]))
+    first = np.minimum(low.astype(np.intp), len(flat) - 1)
+    # Frames that a window weighs: to both sides of its ends, and between.
+    counts = np.minimum(np.ceil(high).astype(np.intp), len(flat) - 1) - first + 1
+    long = np.flatnonzero(counts > _LONG)
+    for window in long:
+        frames = np.arange(first[window], first[window] + counts[window])
+        means[window] = _weights(frames, low[window], high[window]) @ flat[frames[0] : frames[-1] + 1]
+    # The others step by step, all at once, the longest first. Sums stay local, so long clips lose no digits.
+    order = np.argsort(-counts, kind="stable")[len(long) :]
+    first, low, high, counts = first[order], low[order], high[order], counts[order]
+    total = np.zeros((len(order), flat.shape[1]))
+    for step in range(int(counts[0]) if len(counts) else 0):
+        n = int(np.searchsorted(-counts, -step, side="left"))
+        frames = first[:n] + step
+        term = flat[frames]
+        term *= _weights(frames, low[:n], high[:n])[:, None]
+        total[:n] += term
+    means[order] = total
+    return means.reshape(len(means), *values.shape[1:])
 
-    def upto(place: FloatArray) -> FloatArray:
-        before = np.minimum(place.astype(np.intp), len(values) - 1)
-        after = np.minimum(before + 1, len(values) - 1)
-        share = (place - before).reshape(-1, *[1] * (values.ndim - 1))
-        a = centred[before]
-        return np.asarray(integral[before] + share * (a + share / 2 * (centred[after] - a)))
 
-    width = (high - low).reshape(-1, *[1] * (values.ndim - 1))
-    return np.asarray(origin + (upto(high) - upto(low)) / width)
+def _weights(frames: IntArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Weight of frames in the means over windows: the areas, inside the window, of the hats that stand on them."""
+    a, b = np.clip(low - frames, -1.0, 1.0), np.clip(high - frames, -1.0, 1.0)
+    # From a to b: 1 + x where x < 0, 1 - x where x > 0. Each side is a width times its middle's height.
+    left, right = np.minimum(b, 0.0) - np.minimum(a, 0.0), np.maximum(b, 0.0) - np.maximum(a, 0.0)
+    area = left * (1.0 + (np.minimum(a, 0.0) + np.minimum(b, 0.0)) / 2)
+    area += right * (1.0 - (np.maximum(a, 0.0) + np.maximum(b, 0.0)) / 2)
+    return np.asarray(area / (high - low))
+
+
+@dataclass(frozen=True, eq=False)
+class SlipReport:
+    """How far feet slide while they stand, before and after a warp.
+
+    Attributes
+    ----------
+    input : Slip
+        Of the input itself.
+    unaveraged, plain, contact_aware : Slip
+        Of the output, in the same contacts as far as output frames fall into them: without averaging, with everything
+        averaged as in the paper, and with standing feet exempted.
+    """
+
+    input: Slip
+    unaveraged: Slip
+    plain: Slip
+    contact_aware: Slip
+
+
+def retimed_slip(motion: Motion, warp: Warp, *, contacts: Contacts | None = None, loop: bool = False) -> SlipReport:
+    """Measure what a warp, and averaging, do to standing feet.
+
+    Parameters
+    ----------
+    motion : Motion
+        The input.
+    warp : Warp
+        From output time to input time.
+    contacts : Contacts, optional
+        When the input's feet stand; left out, they are found. An output frame is in a contact if the input is, at the
+        time that it shows.
+    loop : bool
+        As in `apply_warp`.
+
+    Returns
+    -------
+    SlipReport
+        Four measurements as `retime.motion.contacts.slip` defines them. Without averaging, a foot slides no farther in
+        the output than in the input: a warp of the whole body moves no foot.
+    """
+    _compare_ranges(motion, warp)
+    if contacts is not None:
+        _check_contacts(motion, contacts)
+    if loop:
+        _check_seam(motion)
+    standing = find_contacts(motion) if contacts is None else contacts
+    shown = standing.at(warp(output_frame_times(warp, float(motion.rate))))
+    return SlipReport(
+        slip(motion, standing),
+        slip(_apply(motion, warp, False, None, True, loop), shown),
+        slip(_apply(motion, warp, True, None, False, loop), shown),
+        slip(_apply(motion, warp, True, standing, True, loop), shown),
+    )

@@ -1,0 +1,336 @@
+"""Contacts: when feet stand on the ground, and how far they slip there.
+
+A foot stands where it is slow and low. Both are measured at joints (ankle and toes, each for itself), so a foot that
+rolls over its toes lets go of the ankle first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from retime.errors import InvalidMotionError, OptionError
+from retime.motion.joint_names import body_parts, near_names
+from retime.motion.kinematics import GlobalPoses, global_poses, metres_per_unit
+from retime.motion.motion import Motion, frame_positions
+from retime.motion.rotation import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+# Seconds to either side: for the ground as in `kinematics.flights`; for a joint's own lowest less, so that on stairs it
+# is that of one step.
+_GROUND_WINDOW = 0.75
+_REST_WINDOW = 0.4
+# Speeds are differences over a thirtieth of a second to either side: over one frame of 120 Hz, capture noise alone
+# makes a tenth of a metre a second.
+_SPEED_WINDOW = 1 / 30
+# Where names say nothing: a limb whose end is this near the ground (metres) for this share of the time is a leg.
+_LEG_HEIGHT = 0.1
+_LEG_SHARE = 0.25
+
+
+@dataclass(frozen=True)
+class Foot:
+    """A point of the body that may stand on the ground.
+
+    Attributes
+    ----------
+    joint : int
+        The joint; it and all joints above it decide where the point is.
+    end_site : int, optional
+        Index of an end site of that joint, where that is the point; left out, it is the joint itself.
+    """
+
+    joint: int
+    end_site: int | None = None
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One stretch in which one foot stands.
+
+    Attributes
+    ----------
+    foot : int
+        Index into `Contacts.feet`.
+    first_frame, last_frame : int
+        Counted from 0, both included.
+    """
+
+    foot: int
+    first_frame: int
+    last_frame: int
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """When each foot stands.
+
+    Parameters
+    ----------
+    feet : tuple of Foot
+        The points that were looked at.
+    at_rest : bool array, shape (n_frames, n_feet)
+        Whether each stands, in each frame.
+    rate : Fraction
+        Frames a second.
+
+    Raises
+    ------
+    InvalidMotionError
+        The array has another shape.
+    """
+
+    feet: tuple[Foot, ...]
+    at_rest: BoolArray
+    rate: Fraction
+
+    def __post_init__(self) -> None:
+        at_rest = np.array(self.at_rest, dtype=np.bool_)
+        if at_rest.ndim != 2 or len(at_rest) == 0 or at_rest.shape[1] != len(self.feet):
+            raise InvalidMotionError(
+                f"expected contacts of shape (n_frames >= 1, {len(self.feet)} feet), found {at_rest.shape}"
+            )
+        at_rest.setflags(write=False)
+        object.__setattr__(self, "at_rest", at_rest)
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+        return len(self.at_rest)
+
+    def spans(self) -> tuple[Contact, ...]:
+        """List the contacts: foot by foot, in the order of time."""
+        return tuple(
+            Contact(foot, first, stop - 1)
+            for foot in range(len(self.feet))
+            for first, stop in _runs(self.at_rest[:, foot])
+        )
+
+    def at(self, input_times: ArrayLike) -> Contacts:
+        """Sample at any times: between two frames a foot stands if it does in both.
+
+        Parameters
+        ----------
+        input_times : float array, shape (n,)
+            Seconds from the first frame; held at the ends outside.
+
+        Returns
+        -------
+        Contacts
+            `n` frames, at this rate whatever the spacing of the times: as `Motion.at`.
+        """
+        before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
+        after = np.where(fraction > 0, after, before)
+        return Contacts(self.feet, self.at_rest[before] & self.at_rest[after], self.rate)
+
+
+def contacts(
+    motion: Motion,
+    *,
+    feet: Sequence[str] | None = None,
+    speed: float = 0.2,
+    rise: float = 0.04,
+    height: float = 0.25,
+    gap: float = 0.1,
+    minimum: float = 0.05,
+) -> Contacts:
+    """Find where feet stand: where a joint of a foot is slow, and low.
+
+    *Slow*: the joint moves at less than `speed`, measured over a thirtieth of a second to either side. *Low*: it is at
+    most `rise` above the lowest that it gets itself within 0.4 seconds, and at most `height` above the ground, which
+    is the lowest that anything gets within 0.75 seconds. Captured floors are not level, and a point above the sole has
+    no height of its own to compare with: so the first of the two decides, and the second only keeps out a foot
+    (or a hand) that rests in the air.
+
+    Where the skeleton's names say which joints are feet and toes (see `retime.motion.joint_names`), those are looked
+    at. Else a leg is a limb whose end (its last joint, or an end site of that) is within 10 cm of the ground for a
+    quarter of the time.
+
+    Parameters
+    ----------
+    motion : Motion
+        Y up; `metres_per_unit` gives its size.
+    feet : sequence of str, optional
+        Names of the joints to look at in place of these: hands, for a handstand.
+    speed : float
+        Metres a second.
+    rise, height : float
+        Metres.
+    gap : float
+        Seconds; shorter breaks in a contact are closed.
+    minimum : float
+        Seconds; shorter contacts are dropped afterwards (and those of a single frame).
+
+    Returns
+    -------
+    Contacts
+        One foot for each joint that was looked at; none where the motion has no feet.
+
+    Raises
+    ------
+    OptionError
+        A joint that the skeleton has not.
+
+    Examples
+    --------
+    A leg that stands for a second, and then swings:
+
+    >>> from retime.motion import rotation
+    >>> from retime.motion.skeleton import Skeleton
+    >>> leg = Skeleton(("Hips", "LeftFoot"), (-1, 0), np.array([[0.0, 0.8, 0.0], [0.0, -0.7, 0.0]]))
+    >>> swing = np.radians(np.concatenate([np.zeros(30), np.arange(15.0) * 4]))
+    >>> q = np.stack([rotation.about_axis(0, swing), rotation.identity(45)], axis=1)
+    >>> contacts(Motion(leg, q, metres_per_unit=1.0)).spans()
+    (Contact(foot=0, first_frame=0, last_frame=29),)
+    """
+    poses = global_poses(motion)
+    scale = metres_per_unit(motion)
+    rate = float(motion.rate)
+    lowest = np.min(poses.positions[:, :, 1], axis=1)
+    if poses.end_positions.shape[1]:
+        lowest = np.minimum(lowest, poses.end_positions[:, :, 1].min(axis=1))
+    ground = _lowest_around(lowest, max(1, round(_GROUND_WINDOW * rate)))
+    if feet is None:
+        found = _named_feet(motion.skeleton.names) or _lowest_limbs(motion, poses, ground, scale)
+    else:
+        found = tuple(Foot(_joint(motion.skeleton.names, name)) for name in feet)
+
+    points = _points(poses, found) * scale
+    heights = points[:, :, 1]
+    lag = max(1, round(_SPEED_WINDOW * rate))
+    frames = np.arange(motion.n_frames)
+    before, after = np.maximum(frames - lag, 0), np.minimum(frames + lag, motion.n_frames - 1)
+    seconds = np.maximum(after - before, 1)[:, None] / rate
+    step = points[after] - points[before]
+    slow = np.sqrt(np.einsum("fpc,fpc->fp", step, step)) / seconds < speed
+    low = heights - _lowest_around(heights, max(1, round(_REST_WINDOW * rate))) <= rise
+    at_rest = slow & low & (heights - ground[:, None] * scale <= height)
+    for foot in range(len(found)):
+        column = at_rest[:, foot]
+        for first, stop in _runs(~column):
+            if first > 0 and stop < len(column) and stop - first <= gap * rate:
+                column[first:stop] = True
+        for first, stop in _runs(column):
+            if stop - first < max(2.0, minimum * rate):
+                column[first:stop] = False
+    return Contacts(found, at_rest, motion.rate)
+
+
+def _named_feet(names: Sequence[str]) -> tuple[Foot, ...]:
+    parts = enumerate(body_parts(names))
+    return tuple(Foot(joint) for joint, part in parts if part is not None and part.base in ("foot", "toes"))
+
+
+def _joint(names: Sequence[str], name: str) -> int:
+    if name not in names:
+        raise OptionError(f"no joint is called {name!r}{near_names(name, names)}")
+    return names.index(name)
+
+
+def _lowest_limbs(motion: Motion, poses: GlobalPoses, ground: FloatArray, scale: float) -> tuple[Foot, ...]:
+    """Find the ends of limbs that are near the ground for a good part of the time."""
+    skeleton = motion.skeleton
+    found = []
+    # The root is no limb: what hangs on it alone is a prop, not a leg.
+    for joint in set(range(1, skeleton.n_joints)) - set(skeleton.parents):
+        sites = [i for i, site in enumerate(skeleton.end_sites) if site.parent == joint]
+        ends = [Foot(joint), *(Foot(joint, site) for site in sites)]
+        heights = (_points(poses, ends)[:, :, 1] - ground[:, None]) * scale
+        end = int(np.argmin(heights.mean(axis=0)))
+        if np.mean(heights[:, end] <= _LEG_HEIGHT) >= _LEG_SHARE:
+            found.append(ends[end])
+    return tuple(found)
+
+
+def _points(poses: GlobalPoses, feet: Sequence[Foot]) -> FloatArray:
+    """Global places of feet, shape (n_frames, n_feet, 3)."""
+    points = np.empty((len(poses.positions), len(feet), 3))
+    for i, foot in enumerate(feet):
+        ends = foot.end_site is not None
+        points[:, i] = poses.end_positions[:, foot.end_site] if ends else poses.positions[:, foot.joint]
+    return points
+
+
+def _lowest_around(values: FloatArray, reach: int) -> FloatArray:
+    """Least of the values (n_frames, ...) within `reach` frames of each, by windows that double in length."""
+    width, least = 1, np.pad(values, [(reach, reach), *[(0, 0)] * (values.ndim - 1)], mode="edge")
+    while width < 2 * reach + 1:
+        more = min(width, 2 * reach + 1 - width)
+        least = np.minimum(least[:-more], least[more:])
+        width += more
+    return least
+
+
+def _runs(column: BoolArray) -> list[tuple[int, int]]:
+    """First frame of each run of True, and the frame after its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], column.astype(np.int8), [0]])))
+    return [(int(first), int(stop)) for first, stop in edges.reshape(-1, 2)]
+
+
+@dataclass(frozen=True, eq=False)
+class Slip:
+    """How far feet slide while they stand.
+
+    Attributes
+    ----------
+    contacts : tuple of Contact
+        The contacts that were measured.
+    millimetres : float array, shape (n_contacts,)
+        For each, how far its foot gets, along the ground, from where it was in the contact's first frame.
+    """
+
+    contacts: tuple[Contact, ...]
+    millimetres: FloatArray
+
+    @property
+    def mean(self) -> float:
+        """Millimetres a contact; 0 where there is none."""
+        return float(self.millimetres.mean()) if len(self.millimetres) else 0.0
+
+    @property
+    def largest(self) -> float:
+        """Millimetres of the worst contact; 0 where there is none."""
+        return float(self.millimetres.max()) if len(self.millimetres) else 0.0
+
+    @property
+    def total(self) -> float:
+        """Millimetres of all contacts together."""
+        return float(self.millimetres.sum())
+
+
+def slip(motion: Motion, contacts: Contacts) -> Slip:
+    """Measure how far feet slide while they stand.
+
+    A contact's slip is the greatest distance, along the ground (X and Z), between the place of its foot in the
+    contact's first frame and its place in any later frame of the contact. So a foot that trembles on the spot counts by
+    the size of the trembling, whatever the rate; a foot that slides away and back by how far it went.
+
+    Parameters
+    ----------
+    motion : Motion
+        Y up. In millimetres by `metres_per_unit`, which is a guess where the file doesn't say.
+    contacts : Contacts
+        When its feet stand: of this motion, frame by frame.
+
+    Raises
+    ------
+    OptionError
+        The contacts are of another number of frames.
+    """
+    if contacts.n_frames != motion.n_frames:
+        raise OptionError(
+            f"the contacts are those of {contacts.n_frames} frames, but {motion.name or 'the motion'} has "
+            f"{motion.n_frames}"
+        )
+    ground = _points(global_poses(motion), contacts.feet)[:, :, [0, 2]] * metres_per_unit(motion)
+    spans = contacts.spans()
+    slips = np.zeros(len(spans))
+    for i, span in enumerate(spans):
+        places = ground[span.first_frame : span.last_frame + 1, span.foot]
+        slips[i] = np.sqrt(np.max(np.sum((places - places[0]) ** 2, axis=-1))) * 1000
+    return Slip(spans, slips)
