@@ -19,22 +19,26 @@ This is what `retime --help` and the help of each command print. Made by `tools/
 
 
 JSON = """\
-## The JSON of `retime warp --json`
+## The JSON of `retime warp --json` and `retime imitate --json`
 
 One object on one line. Without a search (`--method linear` or `spline`) its numbers are null.
 
 | key | meaning |
 |---|---|
 | `method` | `guided`, `linear` or `spline` |
-| `input`, `reference` | the files read; `reference` is null where the input is its own |
+| `input`, `references` | the files read; no references where the input is its own, the hand's warp for `imitate` |
+| `example` | of `imitate` only: the frames retimed by hand, as given |
 | `input_frames`, `input_rate` | frames used of the input, and its rate in Hz |
 | `output_frames`, `output_rate` | the same of the output |
 | `n_input`, `n_output`, `n_reference` | frames offered to the search, selected, and imitated, at the analysis rate |
 | `max_skip`, `n_neighbors`, `rate`, `upsample` | the search's options as they were used; `rate` in Hz |
-| `total` | the sum of the path's local scores |
+| `total` | the sum of the path's costs: its local scores, and charges for changes of speed where asked for |
+| `lower_bound`, `optimal` | no path totals less than the bound; whether the path is proved to be the best |
+| `excess` | of `--search heuristic` only, else null: by what share the total exceeds the optimum |
 | `path` | the selected frames, from 0 to `n_input` - 1; `upsample` of them make one analysis period |
 | `seconds` | time that each stage took |
-| `output`, `warp`, `plot` | the files written; null where none was asked for |
+| `output`, `warp`, `plot`, `explain` | the files written; null where none was asked for |
+| `also` | the other clips' files |
 """
 
 

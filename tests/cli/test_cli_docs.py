@@ -34,4 +34,6 @@ def test_the_page_names_every_key_of_the_json(run, clips) -> None:
     named = {
         key for row in re.findall(r"^\| (`.*?) \|", page, flags=re.MULTILINE) for key in re.findall(r"`(\w+)`", row)
     }
-    assert named == set(json.loads(run("warp", clips.csv, "--length", "80%", "--json").stdout))
+    warp = set(json.loads(run("warp", clips.csv, "--length", "80%", "--json", "--save", "hand.json").stdout))
+    hand = ("--example", "0:59", "--warp", "hand.json")
+    assert set(json.loads(run("imitate", clips.csv, *hand, "--json").stdout)) == warp | {"example"} == named

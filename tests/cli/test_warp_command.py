@@ -46,11 +46,12 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
     options = ("--length", "65%", "-o", "out.bvh", "--save", "warp.json", "--plot", "warp.png")
     document = found(run, clips.bvh, *options)
     path, seconds = document.pop("path"), document.pop("seconds")
-    assert 0 < document.pop("total") < 1e6
+    total, bound = document.pop("total"), document.pop("lower_bound")
+    assert 0 < bound <= total < 1e6
     assert document == {
         "method": "guided",
         "input": str(clips.bvh),
-        "reference": None,
+        "references": [],
         "input_frames": 241,
         "input_rate": 60.0,
         "output_frames": 157,
@@ -62,9 +63,13 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
         "n_neighbors": 3,
         "rate": 30.0,
         "upsample": 1,
+        "optimal": True,
+        "excess": None,
         "output": "out.bvh",
         "warp": "warp.json",
         "plot": "warp.png",
+        "explain": None,
+        "also": [],
     }
     assert len(path) == 79
     assert (path[0], path[-1]) == (0, 120)
@@ -185,7 +190,7 @@ def test_a_reference_lends_its_timing(run, clips, tmp_path) -> None:
         run, clips.bvh, "--frames", "0:89", "--reference", "slow.bvh", "--reference-frames", "0:89",
         "--length", "135f", "--save", "warp.json",
     )  # fmt: skip
-    assert document["reference"] == "slow.bvh"
+    assert document["references"] == ["slow.bvh"]
     assert document["n_reference"] == 45
     assert np.median(read_warp(tmp_path / "warp.json").slopes) == pytest.approx(2 / 3, abs=0.1)
 
@@ -273,7 +278,9 @@ def test_defaults_in_help_are_those_of_the_library(run) -> None:
     [
         (["--length", "fast"], "--length"),
         (["--length", "0.01s"], "at least 2"),
-        (["--length", "1f"], "above 0"),
+        (["--length", "1f"], "2 frames or more"),
+        (["--length", "999999999999f"], "frames of input"),
+        (["--rate", "12000", "--max-skip", "255"], "is the most"),
         (["--length", "-5%"], "--length"),
         (["--key", "2.5"], "--key"),
         (["--key", "1=-1"], "--key"),
@@ -290,10 +297,12 @@ def test_defaults_in_help_are_those_of_the_library(run) -> None:
         (["--drop-first", "241"], "--drop-first 241 leaves nothing"),
         (["--neighbors", "200"], "n_neighbors=200"),
         (["--time-scale", "nan"], "time scale"),
+        (["--time-scale", "1e300"], "time scale"),
         (["--low-pass", "-1"], "--low-pass"),
         (["--method", "linear", "--max-skip", "4", "--neighbors", "2"], "--max-skip, --neighbors would have no effect"),
         (["--method", "spline", "--reference", "x.bvh"], "--reference would have no effect"),
-        (["--reference-frames", "1:2"], "--reference-frames needs --reference"),
+        (["--reference-frames", "1:2"], "needs at least 5"),
+        (["--reference-frames", "0:99", "--method", "linear"], "--reference-frames would have no effect"),
         (["--reference-fps", "30"], "--reference-fps needs --reference"),
         (["--plot", "warp.pdf"], ".svg or .png"),
         (["--lenght", "65%"], "--length"),

@@ -30,7 +30,9 @@ def parse_any_length(text: str) -> str:
     try:
         parse_length(text, 10_000_000, Fraction(240))
     except OptionError:
-        raise OptionError(f"expected a length above 0, such as 65%, 9.3s, 280f or free, found {text!r}") from None
+        raise OptionError(
+            f"expected a length of 2 frames or more, such as 65%, 9.3s, 280f or free, found {text!r}"
+        ) from None
     return text
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from retime.errors import OptionError
 from retime.motion.motion import Motion
@@ -12,7 +15,14 @@ from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from retime.warp.guided import guided_warp
 from retime.warp.reference import Reference
-from retime.warp.session import GuidedWarp
+from retime.warp.session import DEFAULT_MAX_SKIP, GuidedWarp
+
+# Options of guided_warp that need speeds of their own, or say which.
+_BOUND_SPEEDS = ("speed", "upsample", "max_skip", "keys", "locks", "min_length", "max_length")
+# As guided_warp has it where the input does not move like itself.
+_LEAST_UPSAMPLE = 4
+# The table of scores grows with the square of max_skip.
+_MOST_UPSAMPLE, _MOST_SKIP = 16, 48
 
 
 def imitate(
@@ -26,7 +36,8 @@ def imitate(
     """Find the warp that gives a whole clip the timing that a stretch of it was given by hand.
 
     The stretch, retimed, is the reference; the clip then moves like it. Its frames are not averaged where the hand's
-    warp is fast: the reference is looked at, not shown.
+    warp is fast: the reference is looked at, not shown. Where nothing else bounds them, the search is offered the hand's
+    speeds.
 
     Parameters
     ----------
@@ -75,8 +86,24 @@ def imitate(
             f"{stop - 1}) lasts {stretch.duration:g} s: name the frames that it was made for, counted from their first"
         )
     shown = replace(stretch, name=f"{motion.name or 'the clip'} by hand")
+    retimed: Motion | Signal
+    # A call for each kind of clip, of which apply_warp gives back the same.
     if isinstance(shown, Signal):
-        return guided_warp(
-            motion, reference=Reference(apply_warp(shown, hand, average=False)), length=length, **options
-        )
-    return guided_warp(motion, reference=Reference(apply_warp(shown, hand, average=False)), length=length, **options)
+        retimed = apply_warp(shown, hand, average=False)
+    else:
+        retimed = apply_warp(shown, hand, average=False)
+    if length == "free" and all(options.get(name) in (None, (), []) for name in _BOUND_SPEEDS):
+        options |= _room_for(hand)
+    return guided_warp(motion, reference=Reference(retimed), length=length, **options)
+
+
+def _room_for(hand: Warp) -> dict[str, int]:
+    """Choose upsample and max_skip so that the search can play as slow and as fast as the hand did, within reason."""
+    speeds = np.abs(hand.slopes)
+    moving = speeds[speeds > 1 / _MOST_UPSAMPLE]
+    slowest, fastest = (float(moving.min()), float(moving.max())) if len(moving) else (1.0, 1.0)
+    upsample = max(_LEAST_UPSAMPLE, math.ceil(1 / slowest - 1e-9))
+    return {
+        "upsample": upsample,
+        "max_skip": min(_MOST_SKIP, max(DEFAULT_MAX_SKIP, math.ceil(fastest * upsample - 1e-9))),
+    }

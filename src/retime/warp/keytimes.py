@@ -23,6 +23,9 @@ from retime.motion.signal import Signal
 from retime.motion.timecode import parse_length, parse_speed, parse_time
 from retime.warp.curve import Keytime, Warp, check_speed
 
+# Of the unrolled input: weeks of motion, or a slow-down that no clip needs.
+MOST_FRAMES = 50_000_000
+
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
@@ -228,7 +231,7 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
     InfeasibleWarpError
         The keytimes contradict each other, or stand closer than an analysis period.
     OptionError
-        `upsample` below 1.
+        `upsample` below 1, or more frames than anyone can wait for.
     """
     if upsample < 1:
         raise OptionError(f"upsample must be at least 1, found {upsample}")
@@ -240,6 +243,13 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
         positions.append(positions[-1] + 1)
     grid = rate * upsample
     places = [nearest_frame(key.input_time * grid) for key in ordered]
+    spans = itertools.pairwise(zip(places, positions, strict=True))
+    n_input = 1 + sum(abs(b - a) or after - before for (a, before), (b, after) in spans)
+    if n_input > MOST_FRAMES:
+        raise OptionError(
+            f"the keytimes with upsample={upsample} at {rate:g} Hz need {n_input:.2g} frames of input; "
+            f"{MOST_FRAMES:.2g} is the most. Ask for less slow-down or a shorter hold, or lower the rate or upsample"
+        )
     frames = [0]
     unrolled = [np.array([places[0]])]
     for span in range(len(ordered) - 1):
