@@ -6,6 +6,7 @@ rolls over its toes lets go of the ankle first.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,6 +21,7 @@ from retime.motion.motion import Motion, frame_positions
 from retime.motion.rotation import FloatArray
 
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
 
 # Seconds to either side: for the ground as in `kinematics.flights`; for a joint's own lowest less, so that on stairs it
 # is that of one step.
@@ -103,13 +105,13 @@ class Contacts:
         """Number of frames."""
         return len(self.at_rest)
 
-    def spans(self) -> tuple[Contact, ...]:
-        """List the contacts: foot by foot, in the order of time."""
-        return tuple(
-            Contact(foot, first, stop - 1)
-            for foot in range(len(self.feet))
-            for first, stop in _runs(self.at_rest[:, foot])
-        )
+    def refuse_other(self, motion: Motion) -> None:
+        """Raise OptionError where these can't be a motion's contacts: they have another number of frames."""
+        if self.n_frames != motion.n_frames:
+            raise OptionError(
+                f"the contacts are those of {self.n_frames} frames, but {motion.name or 'the motion'} has "
+                f"{motion.n_frames}"
+            )
 
     def at(self, input_times: ArrayLike) -> Contacts:
         """Sample at any times: between two frames a foot stands if it does in both.
@@ -122,11 +124,49 @@ class Contacts:
         Returns
         -------
         Contacts
-            `n` frames, at this rate whatever the spacing of the times: as `Motion.at`.
+            `n` frames, at this rate whatever the spacing of the times: as `Motion.at`. Two contacts become one where
+            nothing of what lies between them is sampled; `spans_at` keeps them apart.
         """
+        return Contacts(self.feet, self._numbers_at(input_times) > 0, self.rate)
+
+    def spans(self) -> tuple[Contact, ...]:
+        """List the contacts: foot by foot, in the order of time."""
+        return self._spans(self._numbers())
+
+    def spans_at(self, input_times: ArrayLike) -> tuple[Contact, ...]:
+        """List the contacts that are shown at some times: those of a retimed motion, in its own frames.
+
+        Between two frames a foot stands if it does in both. Two contacts stay two, even where nothing of what lies
+        between them is shown.
+
+        Parameters
+        ----------
+        input_times : float array, shape (n,)
+            Seconds from the first frame; held at the ends outside.
+        """
+        return self._spans(self._numbers_at(input_times))
+
+    def _numbers(self) -> IntArray:
+        """For each frame and foot which of the foot's contacts it is in, from 1; 0 where it is in none."""
+        begins = self.at_rest & ~np.concatenate([np.zeros_like(self.at_rest[:1]), self.at_rest[:-1]])
+        return np.cumsum(begins, axis=0) * self.at_rest
+
+    def _numbers_at(self, input_times: ArrayLike) -> IntArray:
         before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
-        after = np.where(fraction > 0, after, before)
-        return Contacts(self.feet, self.at_rest[before] & self.at_rest[after], self.rate)
+        numbers = self._numbers()
+        earlier, later = numbers[before], numbers[np.where(fraction > 0, after, before)]
+        return np.where(earlier == later, earlier, 0)
+
+    def _spans(self, numbers: IntArray) -> tuple[Contact, ...]:
+        spans = []
+        for foot, column in enumerate(numbers.T):
+            edges = np.flatnonzero(np.diff(column, prepend=-1, append=-1))
+            spans += [
+                Contact(foot, int(first), int(stop) - 1)
+                for first, stop in itertools.pairwise(edges.tolist())
+                if column[first]
+            ]
+        return tuple(spans)
 
 
 def contacts(
@@ -322,15 +362,15 @@ def slip(motion: Motion, contacts: Contacts) -> Slip:
     OptionError
         The contacts are of another number of frames.
     """
-    if contacts.n_frames != motion.n_frames:
-        raise OptionError(
-            f"the contacts are those of {contacts.n_frames} frames, but {motion.name or 'the motion'} has "
-            f"{motion.n_frames}"
-        )
-    ground = _points(global_poses(motion), contacts.feet)[:, :, [0, 2]] * metres_per_unit(motion)
-    spans = contacts.spans()
+    contacts.refuse_other(motion)
+    return slip_of(motion, contacts.feet, contacts.spans())
+
+
+def slip_of(motion: Motion, feet: Sequence[Foot], spans: Sequence[Contact]) -> Slip:
+    """Measure as `slip` does, in given contacts."""
+    ground = _points(global_poses(motion), feet)[:, :, [0, 2]] * metres_per_unit(motion)
     slips = np.zeros(len(spans))
     for i, span in enumerate(spans):
         places = ground[span.first_frame : span.last_frame + 1, span.foot]
         slips[i] = np.sqrt(np.max(np.sum((places - places[0]) ** 2, axis=-1))) * 1000
-    return Slip(spans, slips)
+    return Slip(tuple(spans), slips)

@@ -10,10 +10,10 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from retime.errors import OptionError, RetimeWarning
+from retime.errors import RetimeWarning
 from retime.kernels import FloatArray, IntArray
 from retime.motion import rotation
-from retime.motion.contacts import BoolArray, Contacts, Slip, slip
+from retime.motion.contacts import BoolArray, Contacts, Slip, slip, slip_of
 from retime.motion.contacts import contacts as find_contacts
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
@@ -100,7 +100,7 @@ def apply_warp(
     _compare_ranges(motion, warp)
     if isinstance(motion, Motion):
         if isinstance(contacts, Contacts):
-            _check_contacts(motion, contacts)
+            contacts.refuse_other(motion)
         if loop:
             _check_seam(motion)
     return _apply(motion, warp, average, contacts, keep_root_path, loop)
@@ -160,14 +160,6 @@ def _compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
     else:
         return
     warnings.warn(message, RetimeWarning, stacklevel=3)
-
-
-def _check_contacts(motion: Motion, contacts: Contacts) -> None:
-    if contacts.n_frames != motion.n_frames:
-        raise OptionError(
-            f"the contacts are those of {contacts.n_frames} frames, but {motion.name or 'the motion'} has "
-            f"{motion.n_frames}"
-        )
 
 
 def _check_seam(motion: Motion) -> None:
@@ -461,27 +453,31 @@ def retimed_slip(motion: Motion, warp: Warp, *, contacts: Contacts | None = None
     warp : Warp
         From output time to input time.
     contacts : Contacts, optional
-        When the input's feet stand; left out, they are found. An output frame is in a contact if the input is, at the
-        time that it shows.
+        When the input's feet stand; left out, they are found. An output frame is in a contact if the input is, at
+        the time that it shows.
     loop : bool
         As in `apply_warp`.
 
     Returns
     -------
     SlipReport
-        Four measurements as `retime.motion.contacts.slip` defines them. Without averaging, a foot slides no farther in
-        the output than in the input: a warp of the whole body moves no foot.
+        Four measurements as `retime.motion.contacts.slip` defines them. Without averaging a foot is only where the
+        input had it, so there is no more slip than in the input, but for the frame from which it is counted.
     """
     _compare_ranges(motion, warp)
     if contacts is not None:
-        _check_contacts(motion, contacts)
+        contacts.refuse_other(motion)
     if loop:
         _check_seam(motion)
     standing = find_contacts(motion) if contacts is None else contacts
-    shown = standing.at(warp(output_frame_times(warp, float(motion.rate))))
+    shown = standing.spans_at(warp(output_frame_times(warp, float(motion.rate))))
+
+    def measured(average: bool, exempt: Contacts | None, keep_root_path: bool) -> Slip:
+        return slip_of(_apply(motion, warp, average, exempt, keep_root_path, loop), standing.feet, shown)
+
     return SlipReport(
-        slip(motion, standing),
-        slip(_apply(motion, warp, False, None, True, loop), shown),
-        slip(_apply(motion, warp, True, None, False, loop), shown),
-        slip(_apply(motion, warp, True, standing, True, loop), shown),
+        input=slip(motion, standing),
+        unaveraged=measured(False, None, True),
+        plain=measured(True, None, False),
+        contact_aware=measured(True, standing, True),
     )
