@@ -1,8 +1,8 @@
 """How the benchmarks measure: processes of their own that take turns, and what is made of their times.
 
 Contenders take turns (A B A B ...), so that a busy machine slows all of them. Each runs in a worker process whose
-number of threads was set before NumPy was imported. A ratio is that of the medians; its spread are the quartiles of the
-ratios of single rounds.
+number of threads was set before NumPy was imported. A ratio is the median of the ratios of the rounds that both ran, its
+spread their quartiles.
 """
 
 from __future__ import annotations
@@ -165,12 +165,12 @@ Times = dict[str, list[dict[str, float]]]
 def take_turns(
     contenders: Mapping[str, Callable[[], dict[str, float]]], *, rounds: int, seconds: float, warm: bool = True
 ) -> Times:
-    """Run all in turns, once before they count; one that has used up its seconds is left out after two runs."""
+    """Run all in turns, once before they count; one that has used up its seconds is left out after three runs."""
     times: Times = {name: [] for name in contenders}
     spent = dict.fromkeys(contenders, 0.0)
     for turn in range(-1 if warm else 0, rounds):
         for name, run in contenders.items():
-            if spent[name] > seconds and len(times[name]) > 1:
+            if spent[name] > seconds and len(times[name]) > 2:
                 continue
             took = run()
             spent[name] += took["total"]
@@ -198,12 +198,12 @@ def summary(times: Times) -> dict[str, dict[str, Any]]:
 
 
 def ratio(times: Times, slow: str, fast: str, *, stage: str = "total") -> dict[str, float]:
-    """How many times longer `slow` takes than `fast`: of the medians, of the least, and quartiles of the rounds."""
+    """How many times longer `slow` takes than `fast`: median and quartiles of the rounds; and of the least times."""
     a, b = (np.array([run[stage] for run in times[name]]) for name in (slow, fast))
     rounds = min(len(a), len(b))
-    low, high = np.quantile(a[:rounds] / b[:rounds], [0.25, 0.75])
+    low, middle, high = np.quantile(a[:rounds] / b[:rounds], [0.25, 0.5, 0.75])
     return {
-        "ratio": float(np.median(a) / np.median(b)),
+        "ratio": float(middle),
         "of_least": float(a.min() / b.min()),
         "quartiles": [float(low), float(high)],
     }

@@ -22,10 +22,12 @@ _HEAD = """\
 # Performance
 
 Generated from `benchmarks/results/{version}` by `tools/make_performance.py`; `make bench` measures again and rewrites
-both. {how}
+both.
 
-A *ratio* compares two contenders of one run that took turns; it is that of the medians. Behind it, in brackets, are the
-quartiles of the ratios of single rounds. Absolute times belong to the machine they were measured on.
+{how}
+
+A *ratio* compares two contenders of one run that took turns: the median of the ratios of single rounds, and in
+brackets their quartiles. Absolute times (medians, unless it says least) belong to the machine they were measured on.
 """
 
 _TARGETS = """
@@ -90,7 +92,8 @@ noise.
 |---|{dashes}---|
 {path}
 
-The reference has {r:,} frames, about as many as all the clips together. {hard}
+The reference has {r:,} frames, about as many as all the clips together.
+{hard}
 
 * Scores grow with n to the power {scores_n:.2f}, with r to the power {scores_r:.2f}, with s to the power
   {scores_s:.2f}.
@@ -205,9 +208,8 @@ def _growth(growth: Mapping[str, Any]) -> str:
     return _GROWTH.format(
         r=path["r"],
         hard=(
-            f"With {hard['r']:,} frames of it, which lack most of the motions, whole stretches of a take change\n"
-            f"speed at one price, the optimum is up to {excess * 100:.2g} % above the bound, and more labels survive:\n"
-            f"{slow}."
+            f"With {hard['r']:,} frames of it, which lack most of the motions, {slow}; "
+            f"the optimum was at most {excess * 100:.2g} % above the bound found first."
         ),
         sizes=" | ".join(f"n = {n:,}" for n in path["n_input"]),
         dashes="---|" * len(path["n_input"]),
