@@ -14,9 +14,9 @@ from retime.warp.imitate import imitate
 
 @pytest.fixture
 def swing(tmp_path):
-    """Write five seconds of a swing, one a second."""
+    """Write five seconds of a swing, one in two seconds."""
     t = np.arange(151) / 30
-    values = np.stack([np.sin(2 * np.pi * t), np.cos(2 * np.pi * t)], axis=1)
+    values = np.stack([np.sin(np.pi * t), np.cos(np.pi * t)], axis=1)
     write(Signal(("x", "y"), values, Fraction(30), "swing"), tmp_path / "swing.csv")
     return tmp_path / "swing.csv"
 

@@ -36,8 +36,8 @@ def imitate(
     """Find the warp that gives a whole clip the timing that a stretch of it was given by hand.
 
     The stretch, retimed, is the reference; the clip then moves like it. Its frames are not averaged where the hand's
-    warp is fast: the reference is looked at, not shown. Where nothing else bounds them, the search is offered the hand's
-    speeds.
+    warp is fast: the reference is looked at, not shown. Where nothing else bounds them, the search is offered the
+    hand's speeds.
 
     Parameters
     ----------
