@@ -1,8 +1,8 @@
 """How the benchmarks measure: processes of their own that take turns, and what is made of their times.
 
 Contenders take turns (A B A B ...), so that a busy machine slows all of them. Each runs in a worker process whose
-number of threads was set before NumPy was imported. A ratio is the median of the ratios of the rounds that both ran, its
-spread their quartiles.
+number of threads was set before NumPy was imported. A ratio is the median of the ratios of the rounds that both ran,
+its spread their quartiles.
 """
 
 from __future__ import annotations
