@@ -284,7 +284,7 @@ def test_a_tangent_is_met_on_both_sides_of_its_key() -> None:
     assert result.path_speeds[position - 1 : position + 1].tolist() == [0.5, 0.5]
 
 
-@pytest.mark.parametrize("bounds", [{}, {"min_length": "20%"}, {"max_length": "75%"}, {"min_length": "150%"}], ids=str)
+@pytest.mark.parametrize("bounds", [{}, {"min_length": "20%"}, {"max_length": "90%"}, {"min_length": "150%"}], ids=str)
 def test_a_free_length_still_meets_its_keytimes(bounds: dict[str, str]) -> None:
     clip = wandering_signal(150, 30)
     result = guided_warp(clip, length="free", keys=[(2.0, 3.0), (2.0, 3.2), (1.0, 3.5)], **bounds)

@@ -56,7 +56,7 @@ def check(path: FramePath, scores: np.ndarray, options: dict[str, object]) -> No
 
 
 @pytest.mark.parametrize("search", SEARCHES)
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(5))
 def test_small_problems_equal_enumeration(kernels: Backend, search: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     feasible = 0
@@ -150,12 +150,13 @@ def test_longer_problems_equal_the_recurrence_on_every_backend_and_search(temper
             "forbidden": lambda shape=shape: np.where(rng.random(shape) < 0.3, np.inf, rng.random(shape)),
         }[temper]()
         fewest = -(-(n_input - 1) // max_skip) + 1
-        for n_output in (fewest, (fewest + n_input) // 2, n_input - 1, n_input):
+        for n_output in (fewest, (fewest + n_input) // 2, n_input - 1):
             middle = (n_output // 2, (n_input - 1) * (n_output // 2) // (n_output - 1))
             for anchors in ([], [middle]):
                 wanted = literal.recurrence(scores, n_output, dict(anchors))
                 for use in KERNELS:
-                    for search in SEARCHES:
+                    # NumPy has the recurrence only.
+                    for search in SEARCHES if use is KERNELS[-1] else ["layered"]:
                         for memory_limit in (1 << 30, 3000):
                             options = {
                                 "n_output": n_output,
@@ -177,7 +178,7 @@ def test_every_length_there_is(kernels: Backend) -> None:
         for a in steps[steps <= j]:
             for b in steps[steps <= 39 - j]:
                 scores[j, a - 1, b - 1] = abs(poses[j + b] - 2 * poses[j] + poses[j - a]) + 0.1 * abs(b - 2)
-    for n_output in range(9, 41):
+    for n_output in range(9, 41, 3):
         assert found_by(scores, n_output=n_output, use=kernels) == literal.recurrence(scores, n_output)
     with pytest.raises(InfeasibleWarpError):
         shortest_path(scores, n_output=8, use=kernels)
@@ -216,7 +217,7 @@ def test_forbidden_triples_are_never_used(kernels: Backend) -> None:
         shortest_path(scores, n_output=5, use=kernels)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80)
 @given(st.data())
 def test_properties_of_every_path(data: st.DataObject) -> None:
     n_input = data.draw(st.integers(2, 60), label="n_input")
@@ -240,7 +241,7 @@ def test_properties_of_every_path(data: st.DataObject) -> None:
     assert all(frames == results[0] for frames in results)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=150)
 @given(st.integers(2, 400), st.integers(1, 12), st.integers(2, 500))
 def test_infeasible_lengths_name_bounds_that_are_true(n_input: int, max_skip: int, n_output: int) -> None:
     def fits(n_output: int, n_input: int = n_input, max_skip: int = max_skip) -> bool:
