@@ -128,7 +128,11 @@ def _scores(place: str, n_input: int | None) -> np.ndarray:
 
 def peer_path(scores: str, *, n_output: int, library: str) -> Run:
     """Search with a peer's recurrence in given scores."""
-    array, search = np.load(scores), peers.numpy_path if library == "numpy" else peers.numba_path()
+    array, search = np.load(scores), peers.numpy_path
+    if library == "numba":
+        search = peers.numba_path()
+        # Compiles.
+        search(array, n_output)
 
     def run(stages: Stages) -> None:
         _, total = search(array, n_output)
