@@ -290,7 +290,7 @@ PricedPath priced_path(const PathProblem& p, size_t max_labels) {
         bool straddled = true;
         for (size_t k = 0; k < count; ++k)
             straddled = straddled && ((low[k] > -kInf && high[k] < kInf) || (now.steps[k] >= least[k] && now.steps[k] <= most[k]));
-        if (straddled && stalled >= 3) break;
+        if (straddled && stalled >= (count == 1 ? 12 : 4)) break;
         // With one span it can't rise above the price at which the two straddling paths cost the same.
         if (count == 1 && dual >= ceiling - 1e-12 * std::abs(ceiling)) break;
         if (exact && (!ranged || price.back() == 0.0)) break;
@@ -331,8 +331,9 @@ PricedPath priced_path(const PathProblem& p, size_t max_labels) {
     // Rounding in sums of n terms; also keeps every path that ties with the best.
     const double size = std::abs(bound) + std::abs(owed);
     const double slack = 1e-11 * size + 1e-290;
-    double gap = 2e-6 * std::abs(bound) + 4 * slack;
-    for (;; gap *= 8) {
+    // What the count costs beyond the bound is a matter of a few frames, however long the path: a share of one frame's score.
+    double gap = 0.005 * std::abs(bound) / static_cast<double>(std::max<int64_t>(1, p.anchors.back().position)) + 4 * slack;
+    for (;; gap *= 6) {
         Pass pass = RETIME_CALL(carry_labels, p, spans, best_price, go, owed, bound + gap, max_labels);
         ++result.passes;
         result.labels = pass.labels;
