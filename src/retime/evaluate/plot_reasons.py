@@ -84,7 +84,9 @@ def draw_reasons(axes: Axes, explanation: Explanation, limits: tuple[float, floa
         if word == "key":
             keys = [time for time, words in zip(times, explanation.binding, strict=True) if "key" in words.split("+")]
             # The analysis grid may end half a frame beyond the output.
-            axes.plot(np.clip(keys, *limits), [middle] * len(keys), label="key", **{**style.KEY_MARKS, "markersize": 3.5})
+            axes.plot(
+                np.clip(keys, *limits), [middle] * len(keys), label="key", **{**style.KEY_MARKS, "markersize": 3.5}
+            )
             continue
         bars = [(start, stop - start) for start, stop in binding_intervals(explanation, word)]
         axes.broken_barh(bars, (middle - 0.3, 0.6), facecolors=style.TRUNK, linewidth=0, label=word)
