@@ -39,6 +39,9 @@ class Backend(Protocol):
         With `each`, the distances to the nearest features instead of their mean: one more axis, the smallest first.
         """
 
+    def nearest_poses(self, inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> IntArray:
+        """Find the poses (n_reference, d) nearest to each input frame (n_input, d): rows, ties to the earlier one."""
+
     def conditional_scores(
         self,
         inputs: FloatArray,

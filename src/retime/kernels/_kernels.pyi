@@ -33,6 +33,15 @@ def conditional_scores(
     out: FloatArray,
     /,
 ) -> None: ...
+def nearest_poses(
+    input: FloatArray,
+    poses: FloatArray,
+    n_neighbors: int,
+    products: NDArray[np.float32],
+    slack: FloatArray,
+    out: IntArray,
+    /,
+) -> None: ...
 def layered_path(
     scores: FloatArray,
     positions: IntArray,

@@ -76,6 +76,29 @@ def joint_scores(
     return out
 
 
+def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> IntArray:
+    """Find the poses nearest to each input frame; see `retime.kernels.Backend`."""
+    n_input, n_numbers = inputs.shape
+    n_reference = len(poses)
+    padded = -(-n_reference // _PADDING) * _PADDING
+    size = max(float(np.abs(poses).max()), float(np.abs(inputs).max()), 1e-300)
+    half_squares = np.zeros(padded)
+    half_squares[:n_reference] = 0.5 * np.sum((poses / size) ** 2, axis=1)
+    by_columns = np.zeros((padded, n_numbers), dtype=np.float32)
+    by_columns[:n_reference] = poses / size
+    unit = (n_numbers + 8) * 2.0**-24 * 1.01
+    longest = float(np.sqrt(2 * half_squares.max()))
+    slack = unit * (np.sqrt(np.sum((inputs / size) ** 2, axis=1)) * longest + float(half_squares.max())) + 1e-30
+    out = np.empty((n_input, n_neighbors), dtype=np.int64)
+    rows = max(1, _BLOCK_BYTES // (4 * padded))
+    for begin in range(0, n_input, rows):
+        part = slice(begin, min(begin + rows, n_input))
+        products = (inputs[part] / size).astype(np.float32) @ by_columns.T
+        np.subtract(half_squares.astype(np.float32), products, out=products)
+        _kernels.nearest_poses(inputs[part], poses, n_neighbors, products, slack[part], out[part])
+    return out
+
+
 def conditional_scores(
     inputs: FloatArray, reference: FloatArray, nearest: IntArray, max_skip: int, velocity: float, acceleration: float
 ) -> FloatArray:

@@ -16,6 +16,7 @@ using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 using Floats = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
 using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
+using IntegerOutput = nb::ndarray<int64_t, nb::c_contig, nb::device::cpu>;
 
 retime::JointProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors) {
     return {input.data(), reference.data(), input.shape(0), reference.shape(0), input.shape(1), max_skip, n_neighbors, velocity, acceleration};
@@ -57,6 +58,12 @@ NB_MODULE(_kernels, m) {
               nb::gil_scoped_release unlocked;
               retime::conditional_scores(p, nearest.data(), n_threads, out.data());
           });
+
+    m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Floats products, Doubles slack, IntegerOutput out) {
+        nb::gil_scoped_release unlocked;
+        retime::nearest_poses(input.data(), poses.data(), input.shape(0), poses.shape(0), input.shape(1), n_neighbors, products.data(), products.shape(1),
+                              slack.data(), out.data());
+    });
 
     m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max, Doubles start_cost, Doubles end_cost,
                              size_t memory_limit) {

@@ -254,6 +254,46 @@ RETIME_INLINE void joint_rows_body(const JointProblem& p, const Products& produc
     }
 }
 
+template <typename Scan>
+RETIME_INLINE void nearest_poses_body(const double* input, const double* poses, size_t n_input, size_t n_reference, size_t n_numbers, size_t n_neighbors,
+                                      const float* products, size_t stride, const double* slack, int64_t* out, Scan scan) {
+    const size_t wide = padded(n_numbers);
+    std::vector<double> here(wide, 0.0);
+    std::vector<float> row(stride, std::numeric_limits<float>::quiet_NaN());
+    const std::vector<float> nothing(stride, 0.0f);
+    std::vector<std::pair<double, int64_t>> found;
+    std::vector<int32_t> guesses;
+    Nearest nearest(n_neighbors);
+    for (size_t j = 0; j < n_input; ++j) {
+        std::copy_n(input + j * n_numbers, n_numbers, here.data());
+        std::copy_n(products + j * stride, n_reference, row.data());
+        nearest.start(static_cast<float>(slack[j] * 1.000001), guesses, row.data(), nothing.data());
+        scan(row.data(), nothing.data(), stride, nearest);
+        guesses = nearest.rows();
+        found.clear();
+        for (const int32_t l : guesses) found.emplace_back(squared_distance(here.data(), poses + static_cast<size_t>(l) * wide, wide), l);
+        std::sort(found.begin(), found.end());
+        for (size_t m = 0; m < n_neighbors; ++m) out[j * n_neighbors + m] = found[m].second;
+    }
+}
+
+void nearest_poses_plain(const double* input, const double* poses, size_t n_input, size_t n_reference, size_t n_numbers, size_t n_neighbors,
+                         const float* products, size_t stride, const double* slack, int64_t* out) {
+    nearest_poses_body(input, poses, n_input, n_reference, n_numbers, n_neighbors, products, stride, slack, out, scan_plain);
+}
+
+#if RETIME_X86
+RETIME_AVX2 void nearest_poses_avx2(const double* input, const double* poses, size_t n_input, size_t n_reference, size_t n_numbers, size_t n_neighbors,
+                                    const float* products, size_t stride, const double* slack, int64_t* out) {
+    nearest_poses_body(input, poses, n_input, n_reference, n_numbers, n_neighbors, products, stride, slack, out, scan_avx2);
+}
+
+RETIME_AVX512 void nearest_poses_avx512(const double* input, const double* poses, size_t n_input, size_t n_reference, size_t n_numbers,
+                                        size_t n_neighbors, const float* products, size_t stride, const double* slack, int64_t* out) {
+    nearest_poses_body(input, poses, n_input, n_reference, n_numbers, n_neighbors, products, stride, slack, out, scan_avx512);
+}
+#endif
+
 // What the conditional score needs of the reference, in padded rows.
 struct Moves {
     const double* both;          // [dz, ddz], padded together
@@ -342,6 +382,12 @@ void joint_scores(const JointProblem& p, const Products& products, size_t begin,
     const auto poses = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, 0, p.n_numbers);
     const auto moves = pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, p.n_numbers, 2 * p.n_numbers);
     in_threads(begin, end, n_threads, [&](size_t from, size_t to) { RETIME_CALL(joint_rows, p, products, poses.data(), moves.data(), from, to, each, out); });
+}
+
+void nearest_poses(const double* input, const double* poses, size_t n_input, size_t n_reference, size_t n_numbers, size_t n_neighbors,
+                   const float* products, size_t stride, const double* slack, int64_t* out) {
+    const auto rows = pad_rows(poses, n_reference, n_numbers, 0, n_numbers);
+    RETIME_CALL(nearest_poses, input, rows.data(), n_input, n_reference, n_numbers, n_neighbors, products, stride, slack, out);
 }
 
 void conditional_scores(const JointProblem& p, const int64_t* nearest, int n_threads, double* out) {

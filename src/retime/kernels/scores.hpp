@@ -32,6 +32,11 @@ struct Products {
 // max_skip, max_skip), or with `each` the distances themselves, the smallest first, into out (n_input, max_skip, max_skip, n_neighbors).
 void joint_scores(const JointProblem& problem, const Products& products, size_t begin, size_t end, int n_threads, bool each, double* out);
 
+// The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each input row, the nearest first, ties to the earlier row.
+// products: half |z|^2 - y . z in single precision, one row an input frame, `stride` apart; slack bounds its error for each of them.
+void nearest_poses(const double* input, const double* poses, size_t n_input, size_t n_reference, size_t n_numbers, size_t n_neighbors,
+                   const float* products, size_t stride, const double* slack, int64_t* out);
+
 // The conditional score: for every input frame the n_neighbors rows in `nearest` say how its pose should move.
 //   out[j, a, b] = mean over l in nearest[j] of | [dy, ddy] - [dz_l, ddz_l] |.
 void conditional_scores(const JointProblem& problem, const int64_t* nearest, int n_threads, double* out);

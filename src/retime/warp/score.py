@@ -13,7 +13,7 @@ import numpy as np
 
 from retime.errors import OptionError
 from retime.kernels import Backend, FloatArray, IntArray, backend
-from retime.kernels.numpy_backend import feature_distances, mean_in_order, nearest_poses, squared_distances
+from retime.kernels.numpy_backend import feature_distances, mean_in_order, squared_distances
 from retime.warp.features import difference_scales, timing_features
 
 SCORES = ("joint", "conditional")
@@ -177,7 +177,7 @@ def triple_scores(
     scales = model.velocity, model.acceleration
     groups = [model.weights == weight for weight in np.unique(model.weights)]
     if score == "conditional":
-        nearest = _nearest_in_pose(inputs, model, groups, n_neighbors)
+        nearest = _nearest_in_pose(inputs, model, groups, n_neighbors, kernels)
         return kernels.conditional_scores(inputs, model.features, nearest, max_skip, *scales)
     if len(groups) == 1 and model.weights[0] == 1.0:
         return kernels.joint_scores(inputs, model.features, max_skip, *scales, n_neighbors)
@@ -190,15 +190,17 @@ def triple_scores(
     return mean_in_order(np.sort(np.concatenate(found, axis=-1), axis=-1)[..., :n_neighbors])
 
 
-def _nearest_in_pose(inputs: FloatArray, model: Model, groups: Sequence[np.ndarray], n_neighbors: int) -> IntArray:
+def _nearest_in_pose(
+    inputs: FloatArray, model: Model, groups: Sequence[np.ndarray], n_neighbors: int, kernels: Backend
+) -> IntArray:
     """Model frames nearest in pose to each input frame, (n_input, n_neighbors); ties to the earlier frame."""
     poses = np.ascontiguousarray(model.features[:, : model.n_numbers])
     if len(groups) == 1:
-        return nearest_poses(inputs, poses, n_neighbors)
+        return kernels.nearest_poses(inputs, poses, n_neighbors)
     rows, distances = [], []
     for group in groups:
         members = np.flatnonzero(group)
-        nearest = members[nearest_poses(inputs, poses[members], min(n_neighbors, len(members)))]
+        nearest = members[kernels.nearest_poses(inputs, poses[members], min(n_neighbors, len(members)))]
         rows.append(nearest)
         distances.append(np.sqrt(squared_distances(inputs[:, None], poses[nearest])) / model.weights[nearest])
     row, distance = np.concatenate(rows, axis=1), np.concatenate(distances, axis=1)
@@ -227,7 +229,7 @@ def matched_frames(
     rows = np.empty((len(features), n_neighbors), dtype=np.int64)
     distances = np.empty((len(features), n_neighbors))
     groups = [model.weights == weight for weight in np.unique(model.weights)]
-    near = _nearest_in_pose(here, model, groups, n_neighbors) if score == "conditional" else None
+    near = _nearest_in_pose(here, model, groups, n_neighbors, backend()) if score == "conditional" else None
     block = max(1, (4 << 20) // model.features.size)
     for start in range(0, len(features), block):
         part = slice(start, min(start + block, len(features)))
