@@ -6,7 +6,7 @@ What moves
     `Motion`, `Signal`, `Skeleton`, `EndSite`
 Find a warp
     `guided_warp` (the one call most people need), `GuidedWarp`, `Session` (solve again and again),
-    `Reference`, `PoseOptions`, `Lock`, `Keytime`, `linear_warp`, `spline_warp`
+    `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`, `Lock`, `Keytime`, `linear_warp`, `spline_warp`
 Use a warp
     `Warp`, `apply_warp`
 Look at it
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from retime.warp.curve import Keytime, Warp
     from retime.warp.features import PoseOptions
     from retime.warp.guided import GuidedWarp, guided_warp
+    from retime.warp.imitate import imitate
     from retime.warp.reference import Reference
     from retime.warp.session import Session
     from retime.warp.spline import linear_warp, spline_warp
@@ -77,6 +78,7 @@ _HOMES = {
     "GuidedWarp": "retime.warp.guided",
     "Lock": "retime.warp.control",
     "PoseOptions": "retime.warp.features",
+    "imitate": "retime.warp.imitate",
     "Reference": "retime.warp.reference",
     "Session": "retime.warp.session",
     "guided_warp": "retime.warp.guided",
@@ -109,6 +111,7 @@ __all__ = [
     "Warp",
     "apply_warp",
     "guided_warp",
+    "imitate",
     "linear_warp",
     "plot_warps",
     "read",

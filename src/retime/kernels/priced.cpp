@@ -285,12 +285,14 @@ PricedPath priced_path(const PathProblem& p, size_t max_labels) {
         }
         // The bound is concave in the prices. Where the last three prices between two straddling paths did not raise it, it is at
         // its top, or so near that wider gaps cost less than more sweeps.
-        stalled = dual > bound + 1e-9 * std::abs(bound) ? 0 : stalled + 1;
+        bool inside = true;
+        for (size_t k = 0; k < count; ++k) inside = inside && low[k] > -kInf && high[k] < kInf;
+        stalled = !inside || dual > bound + 1e-9 * std::abs(bound) ? 0 : stalled + 1;
         if (dual > bound) bound = dual, best_price = price;
         bool straddled = true;
         for (size_t k = 0; k < count; ++k)
             straddled = straddled && ((low[k] > -kInf && high[k] < kInf) || (now.steps[k] >= least[k] && now.steps[k] <= most[k]));
-        if (straddled && stalled >= (count == 1 ? 12 : 4)) break;
+        if (straddled && stalled >= 6) break;
         // With one span it can't rise above the price at which the two straddling paths cost the same.
         if (count == 1 && dual >= ceiling - 1e-12 * std::abs(ceiling)) break;
         if (exact && (!ranged || price.back() == 0.0)) break;

@@ -23,14 +23,13 @@ from retime.motion.rotation import FloatArray
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-# Seconds to either side: for the ground as in `kinematics.flights`; for a joint's own lowest less, so that on stairs it
-# is that of one step.
-_GROUND_WINDOW = 0.75
-_REST_WINDOW = 0.4
+# Seconds to either side. Shorter than a leg's swing, so that on stairs no other step is looked at; longer than it takes
+# to get to the top of a hop.
+_LOW_WINDOW = 0.4
 # Speeds are differences over a thirtieth of a second to either side: over one frame of 120 Hz, capture noise alone
 # makes a tenth of a metre a second.
 _SPEED_WINDOW = 1 / 30
-# Where names say nothing: a limb whose end is this near the ground (metres) for this share of the time is a leg.
+# Where names say nothing: a limb whose end is this near to whatever is lowest (metres) for this share of the time.
 _LEG_HEIGHT = 0.1
 _LEG_SHARE = 0.25
 
@@ -182,14 +181,14 @@ def contacts(
     """Find where feet stand: where a joint of a foot is slow, and low.
 
     *Slow*: the joint moves at less than `speed`, measured over a thirtieth of a second to either side. *Low*: it is at
-    most `rise` above the lowest that it gets itself within 0.4 seconds, and at most `height` above the ground, which
-    is the lowest that anything gets within 0.75 seconds. Captured floors are not level, and a point above the sole has
-    no height of its own to compare with: so the first of the two decides, and the second only keeps out a foot
-    (or a hand) that rests in the air.
+    most `rise` above the lowest place where it is slow within 0.4 seconds, and at most `height` above whatever is lowest
+    at the moment. Captured floors are not level, stairs are not one floor, and how high above its sole a foot's joints
+    are is not known: so the first of the two decides, and the second only keeps out a foot (or a hand) that rests in
+    the air.
 
     Where the skeleton's names say which joints are feet and toes (see `retime.motion.joint_names`), those are looked
-    at. Else a leg is a limb whose end (its last joint, or an end site of that) is within 10 cm of the ground for a
-    quarter of the time.
+    at. Else a leg is a limb whose end (its last joint, or an end site of that) is within 10 cm of whatever is lowest for
+    a quarter of the time.
 
     Parameters
     ----------
@@ -202,7 +201,7 @@ def contacts(
     rise, height : float
         Metres.
     gap : float
-        Seconds; shorter breaks in a contact are closed.
+        Seconds; breaks in a contact up to so long are closed.
     minimum : float
         Seconds; shorter contacts are dropped afterwards (and those of a single frame).
 
@@ -234,9 +233,8 @@ def contacts(
     lowest = np.min(poses.positions[:, :, 1], axis=1)
     if poses.end_positions.shape[1]:
         lowest = np.minimum(lowest, poses.end_positions[:, :, 1].min(axis=1))
-    ground = _lowest_around(lowest, max(1, round(_GROUND_WINDOW * rate)))
     if feet is None:
-        found = _named_feet(motion.skeleton.names) or _lowest_limbs(motion, poses, ground, scale)
+        found = _named_feet(motion.skeleton.names) or _lowest_limbs(motion, poses, lowest, scale)
     else:
         found = tuple(Foot(_joint(motion.skeleton.names, name)) for name in feet)
 
@@ -248,8 +246,8 @@ def contacts(
     seconds = np.maximum(after - before, 1)[:, None] / rate
     step = points[after] - points[before]
     slow = np.sqrt(np.einsum("fpc,fpc->fp", step, step)) / seconds < speed
-    low = heights - _lowest_around(heights, max(1, round(_REST_WINDOW * rate))) <= rise
-    at_rest = slow & low & (heights - ground[:, None] * scale <= height)
+    places = _lowest_around(np.where(slow, heights, np.inf), max(1, round(_LOW_WINDOW * rate)))
+    at_rest = slow & (heights <= places + rise) & (heights <= lowest[:, None] * scale + height)
     for foot in range(len(found)):
         column = at_rest[:, foot]
         for first, stop in _runs(~column):
@@ -272,15 +270,15 @@ def _joint(names: Sequence[str], name: str) -> int:
     return names.index(name)
 
 
-def _lowest_limbs(motion: Motion, poses: GlobalPoses, ground: FloatArray, scale: float) -> tuple[Foot, ...]:
-    """Find the ends of limbs that are near the ground for a good part of the time."""
+def _lowest_limbs(motion: Motion, poses: GlobalPoses, lowest: FloatArray, scale: float) -> tuple[Foot, ...]:
+    """Find the ends of limbs that are among the lowest things for a good part of the time."""
     skeleton = motion.skeleton
     found = []
     # The root is no limb: what hangs on it alone is a prop, not a leg.
-    for joint in set(range(1, skeleton.n_joints)) - set(skeleton.parents):
+    for joint in sorted(set(range(1, skeleton.n_joints)) - set(skeleton.parents)):
         sites = [i for i, site in enumerate(skeleton.end_sites) if site.parent == joint]
         ends = [Foot(joint), *(Foot(joint, site) for site in sites)]
-        heights = (_points(poses, ends)[:, :, 1] - ground[:, None]) * scale
+        heights = (_points(poses, ends)[:, :, 1] - lowest[:, None]) * scale
         end = int(np.argmin(heights.mean(axis=0)))
         if np.mean(heights[:, end] <= _LEG_HEIGHT) >= _LEG_SHARE:
             found.append(ends[end])
