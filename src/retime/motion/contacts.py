@@ -181,14 +181,14 @@ def contacts(
     """Find where feet stand: where a joint of a foot is slow, and low.
 
     *Slow*: the joint moves at less than `speed`, measured over a thirtieth of a second to either side. *Low*: it is at
-    most `rise` above the lowest place where it is slow within 0.4 seconds, and at most `height` above whatever is lowest
-    at the moment. Captured floors are not level, stairs are not one floor, and how high above its sole a foot's joints
-    are is not known: so the first of the two decides, and the second only keeps out a foot (or a hand) that rests in
-    the air.
+    most `rise` above the lowest place where it is slow within 0.4 seconds, and at most `height` above whatever is
+    lowest at the moment. Captured floors are not level, stairs are not one floor, and how high above its sole a foot's
+    joints are is not known: so the first of the two decides, and the second only keeps out a foot (or a hand) that
+    rests in the air.
 
     Where the skeleton's names say which joints are feet and toes (see `retime.motion.joint_names`), those are looked
-    at. Else a leg is a limb whose end (its last joint, or an end site of that) is within 10 cm of whatever is lowest for
-    a quarter of the time.
+    at. Else a leg is a limb whose end (its last joint, or an end site of that) is within 10 cm of whatever is lowest
+    for a quarter of the time.
 
     Parameters
     ----------
