@@ -6,7 +6,8 @@ What moves
     `Motion`, `Signal`, `Skeleton`, `EndSite`
 Find a warp
     `guided_warp` (the one call most people need), `GuidedWarp`, `Session` (solve again and again),
-    `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`, `Lock`, `Keytime`, `linear_warp`, `spline_warp`
+    `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`, `Lock`, `Keytime`,
+    `linear_warp`, `spline_warp`
 Use a warp
     `Warp`, `apply_warp`
 Look at it
