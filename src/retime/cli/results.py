@@ -281,6 +281,8 @@ def _say_summary(found: Found, outputs: OutputOptions) -> None:
         rows.append(("flights", summary.flights_text(found.warp if search is None else search.steps, spans)))
     if search is not None and search.excess is not None:
         rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
+    if outputs.output is not None and (slip := summary.slip_text(clip, found.warp)):
+        rows.append(("slip", slip))
     rows += [("wrote", str(place)) for place in outputs.places]
     say_table(rows)
     if not outputs.places:

@@ -117,3 +117,18 @@ def flights_text(warp: Warp, spans: list[InputSpan]) -> str:
 def _range_text(speeds: FloatArray) -> str:
     low, high = float(speeds.min()), float(speeds.max())
     return f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
+
+
+def slip_text(clip: Motion | Signal, warp: Warp) -> str:
+    """Say how far standing feet slide, before and after; nothing, where no foot stands."""
+    from retime.warp.apply import retimed_slip
+
+    if not isinstance(clip, Motion):
+        return ""
+    report = retimed_slip(clip, warp)
+    if not report.input.contacts:
+        return ""
+    return (
+        f"standing feet slide {report.input.mean:.1f} mm a contact in the input, {report.contact_aware.mean:.1f} mm in "
+        f"the output ({report.plain.mean:.1f} mm if they were averaged too)"
+    )
