@@ -23,8 +23,8 @@ from retime.motion.rotation import FloatArray
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-# Seconds to either side. Shorter than a leg's swing, so that on stairs no other step is looked at; longer than it takes
-# to get to the top of a hop.
+# Seconds to either side. Shorter than a leg's swing, so that on stairs no other step is looked at; longer than it
+# takes to get to the top of a hop.
 _LOW_WINDOW = 0.4
 # Speeds are differences over a thirtieth of a second to either side: over one frame of 120 Hz, capture noise alone
 # makes a tenth of a metre a second.
@@ -345,8 +345,8 @@ def slip(motion: Motion, contacts: Contacts) -> Slip:
     """Measure how far feet slide while they stand.
 
     A contact's slip is the greatest distance, along the ground (X and Z), between the place of its foot in the
-    contact's first frame and its place in any later frame of the contact. So a foot that trembles on the spot counts by
-    the size of the trembling, whatever the rate; a foot that slides away and back by how far it went.
+    contact's first frame and its place in any later frame of the contact. So a foot that trembles on the spot counts
+    by the size of the trembling, whatever the rate; a foot that slides away and back by how far it went.
 
     Parameters
     ----------
