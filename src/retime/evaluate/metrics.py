@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from retime.errors import OptionError
 from retime.evaluate.strip import output_intervals
-from retime.motion.contacts import contacts
+from retime.motion.contacts import Contacts, contacts
 from retime.motion.contacts import slip as contact_slip
 from retime.motion.kinematics import flights, global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
@@ -24,9 +24,8 @@ from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.apply import output_frame_times
 from retime.warp.curve import Keytime, Warp
-from retime.warp.features import PoseOptions
+from retime.warp.features import PoseOptions, timing_features
 from retime.warp.reference import Reference, model_poses
-from retime.warp.score import build_model, matched_frames
 
 Spans = Sequence[tuple[float, float]]
 """Stretches of a clip: start and end, seconds."""
@@ -36,6 +35,8 @@ ANALYSIS_RATE = 30.0
 
 # A step of the search at unit speed is exact in floating point; what smoothing leaves of it differs by rounding alone.
 _UNIT = 1e-6
+# Seconds to either side: over one frame of 120 Hz, capture noise alone makes a tenth of a metre a second.
+_SPEED_WINDOW = 1 / 30
 # Speeds beyond these are holds and cuts: their logarithms would drown all others.
 _LOG_LIMITS = (1 / 20, 20.0)
 
@@ -83,13 +84,16 @@ def activity(motion: Motion) -> FloatArray:
 
 def _speeds(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Speed of the root, and mean speed of the other joints in its space, metres a second; shape (n_frames,) each."""
-    if motion.n_frames < 2:
-        return np.zeros(motion.n_frames), np.zeros(motion.n_frames)
-    scale = metres_per_unit(motion) * float(motion.rate)
+    scale, rate = metres_per_unit(motion), float(motion.rate)
     poses = global_poses(motion)
-    root = np.linalg.norm(np.gradient(poses.positions[:, 0], axis=0), axis=-1)
-    joints = np.linalg.norm(np.gradient(torso_positions(poses), axis=0), axis=-1).mean(axis=-1)
-    return root * scale, joints * scale
+    frames = np.arange(motion.n_frames)
+    lag = max(1, round(_SPEED_WINDOW * rate))
+    before, after = np.maximum(frames - lag, 0), np.minimum(frames + lag, motion.n_frames - 1)
+    seconds = np.maximum(after - before, 1) / rate
+    inner = torso_positions(poses)
+    root = np.linalg.norm(poses.positions[after, 0] - poses.positions[before, 0], axis=-1)
+    joints = np.linalg.norm(inner[after] - inner[before], axis=-1).mean(axis=-1)
+    return root * scale / seconds, joints * scale / seconds
 
 
 def seconds_shown(warp: Warp, spans: Spans) -> float:
@@ -101,6 +105,23 @@ def seconds_shown(warp: Warp, spans: Spans) -> float:
     0.5
     """
     return sum(stop - start for span in spans for start, stop in output_intervals(warp, *span))
+
+
+def fastest_speed(warp: Warp, *, rate: float = ANALYSIS_RATE) -> float:
+    """Return the most input that a warp shows in one analysis period, as a speed: how much of the content is rushed.
+
+    The paper forbids to go past `max_skip` (§3.1): a cut has no such bound.
+
+    Examples
+    --------
+    >>> round(fastest_speed(Warp([0.0, 1.0, 1.1, 2.0], [0.0, 1.0, 4.0, 5.0])), 2)
+    30.0
+    """
+    starts = np.unique(np.concatenate([warp.output_times, warp.output_times - 1 / rate]))
+    starts = starts[(starts >= warp.output_start) & (starts <= warp.output_end - 1 / rate)]
+    if not len(starts):
+        return float(abs(warp.input_times[-1] - warp.input_times[0]) / warp.output_duration)
+    return float(np.max(np.abs(warp(starts + 1 / rate) - warp(starts)))) * rate
 
 
 @dataclass(frozen=True)
@@ -229,12 +250,22 @@ class FootSlip:
     n_contacts: int
 
 
-def foot_slip(motion: Motion, output: Motion, warp: Warp) -> FootSlip:
+def foot_slip(motion: Motion, output: Motion, warp: Warp, *, standing: Contacts | None = None) -> FootSlip:
     """Measure how far the output's feet slide while the input's stand (see `retime.motion.contacts`).
 
     The contacts are the input's, carried over by the warp: a foot that stood there should stand in the output.
+
+    Parameters
+    ----------
+    motion, output : Motion
+        Before and after.
+    warp : Warp
+        What made one the other.
+    standing : Contacts, optional
+        The input's, where they are known already.
     """
-    standing = contacts(motion).at(warp(output_frame_times(warp, float(output.rate))))
+    standing = contacts(motion) if standing is None else standing
+    standing = standing.at(warp(output_frame_times(warp, float(output.rate))))
     found = contact_slip(output, standing)
     return FootSlip(found.mean, found.largest, len(found.contacts))
 
@@ -271,8 +302,8 @@ def timing_distance(
     Returns
     -------
     float
-        Pose units of the motion a frame: metres (summed over joints as the Euclidean distance does) for a motion whose
-        unit is known.
+        The mean over frames. For a motion in metres, root mean square over the joints; velocity and acceleration count
+        as in Eq. 2, times τ and τ².
 
     Raises
     ------
@@ -281,17 +312,25 @@ def timing_distance(
     """
     tracks = model_poses(motion, [reference if isinstance(reference, Reference) else Reference(reference)], features)
     poses = tracks.input.at_rate(rate, low_pass)
-    if len(poses) < 3:
-        raise OptionError(f"a timing needs three analysis frames or more; the motion has {len(poses)}")
-    model = build_model(
-        [track.at_rate(rate, low_pass) for track in tracks.references],
-        rate=rate,
-        time_scale=time_scale,
-        n_neighbors=n_neighbors,
-    )
-    _, distances = matched_frames(poses, np.arange(len(poses)), model, n_neighbors=n_neighbors)
+    shortest = min(len(poses), *(len(track.at_rate(rate, low_pass)) for track in tracks.references))
+    if shortest < 3:
+        raise OptionError(f"a timing needs three analysis frames or more; found {shortest}")
+    shape: dict[str, float] = {"rate": rate, "time_scale": time_scale}
+    wanted = [timing_features(track.at_rate(rate, low_pass), **shape) for track in tracks.references]
+    distances = _nearest_distances(timing_features(poses, **shape), np.concatenate(wanted), n_neighbors)
     scale = metres_per_unit(motion) if isinstance(motion, Motion) else 1.0
-    return float(distances.mean()) * scale
+    coordinates = 3 if isinstance(motion, Motion) else 1
+    return float(distances.mean()) * scale / math.sqrt(tracks.input.n_numbers / coordinates)
+
+
+def _nearest_distances(here: FloatArray, there: FloatArray, n_neighbors: int) -> FloatArray:
+    """Distances from each row to the nearest rows of another array; shape (n, n_neighbors)."""
+    origin = there.mean(axis=0)
+    here, there = here - origin, there - origin
+    squares = np.sum(here**2, axis=1)[:, None] + np.sum(there**2, axis=1) - 2 * here @ there.T
+    n_found = min(n_neighbors, len(there))
+    nearest = np.partition(squares, n_found - 1, axis=1)[:, :n_found]
+    return np.sqrt(np.maximum(nearest, 0.0))
 
 
 def joint_speeds(motion: Motion, joints: Sequence[str], *, rate: float = ANALYSIS_RATE) -> FloatArray:

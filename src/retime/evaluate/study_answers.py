@@ -1,0 +1,89 @@
+"""How close the method comes to known answers, and how close others come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from retime.evaluate.metrics import WarpMatch, match_warps
+from retime.evaluate.study_baselines import align_warp
+from retime.evaluate.study_motions import ANSWERS, Answer, Library
+from retime.warp.curve import Warp
+from retime.warp.reference import Reference
+from retime.warp.session import Session
+
+METHODS = ("nothing", "aligned", "aligned, repeated", "guided, free", "guided, plain sum", "guided, given length")
+"""What is compared: doing nothing; dynamic time warping to the reference, and to the reference played over and over;
+the guided warp at the length that it finds (weighed neutrally, and by the paper's plain sum), and at the right one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One method on one case.
+
+    Attributes
+    ----------
+    method : str
+        One of `METHODS`.
+    warp : Warp
+        What it found.
+    inside : retime.evaluate.metrics.WarpMatch
+        Its closeness where the answer has something to say.
+    whole : retime.evaluate.metrics.WarpMatch
+        Its closeness over the whole clip, what has no counterpart in the reference included.
+    """
+
+    method: str
+    warp: Warp
+    inside: WarpMatch
+    whole: WarpMatch
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """A case and what the methods made of it."""
+
+    answer: Answer
+    attempts: tuple[Attempt, ...]
+
+    def attempt(self, method: str) -> Attempt | None:
+        """Return a method's attempt; None where it was not asked."""
+        return next((one for one in self.attempts if one.method == method), None)
+
+
+def answer_all(
+    clips: Library, settings: Mapping[str, Any], *, names: Sequence[str] = tuple(ANSWERS)
+) -> Iterator[Answered]:
+    """Put every case to every method.
+
+    Parameters
+    ----------
+    clips : Library
+        The captures.
+    settings : mapping of str to object
+        Of the guided warp's analysis.
+    names : sequence of str
+        Cases.
+    """
+    for name in names:
+        answer = ANSWERS[name](clips)
+        found = dict(_warps(answer, settings))
+        attempts = [
+            Attempt(method, warp, match_warps(warp, answer.truth, spans=answer.spans), match_warps(warp, answer.truth))
+            for method, warp in found.items()
+        ]
+        yield Answered(answer, tuple(attempts))
+
+
+def _warps(answer: Answer, settings: Mapping[str, Any]) -> Iterator[tuple[str, Warp]]:
+    motion, reference = answer.motion, answer.reference
+    features = settings.get("features")
+    yield METHODS[0], Warp([0.0, motion.duration], [0.0, motion.duration])  # type: ignore[arg-type]
+    yield METHODS[1], align_warp(motion, reference, features=features)
+    yield METHODS[2], align_warp(motion, reference, features=features, loop=True)
+    session = Session(motion, reference=Reference(reference), **settings)
+    if answer.free:
+        yield METHODS[3], session.solve(length="free").warp
+        yield METHODS[4], session.solve(length="free", free_weight="sum").warp
+    yield METHODS[5], session.solve(length=round(answer.truth.output_duration * float(motion.rate)) + 1).warp
