@@ -46,6 +46,11 @@ class TestConstruction:
         rotations = arm(2).rotations * np.array([[[3.0], [1e-200]], [[1e200], [1.0]]])
         np.testing.assert_allclose(arm(2, rotations=rotations).rotations, arm(2).rotations, rtol=1e-15)
 
+    @pytest.mark.parametrize("error", [-1e-3, -1e-9, -1e-11, 1e-11, 1e-9, 1e-3])
+    def test_however_little_they_are_off(self, error: float) -> None:
+        q = arm(3).rotations
+        np.testing.assert_allclose(arm(3, rotations=q * (1 + error)).rotations, q, rtol=0, atol=1e-15)
+
     def test_unit_rotations_are_kept_bit_for_bit(self) -> None:
         rotations = Rotation.random(6, rng=1).as_quat(scalar_first=True).reshape(3, 2, 4)
         assert np.array_equal(arm(3, rotations=rotations).rotations, rotations)

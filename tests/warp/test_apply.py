@@ -445,6 +445,14 @@ def test_a_loop_is_averaged_as_if_it_went_on_for_ever(output_times: list[float],
         )
 
 
+def test_a_window_wider_than_the_cycle_counts_each_frame_once() -> None:
+    motion = cycle_of(10)
+    signal = Signal(("x", "y", "z"), motion.local_translations[:, 2], motion.rate)
+    result = apply_warp(signal, Warp([0.0, 0.02], [0.0, signal.duration]), loop=True)
+    assert result.n_frames == 2
+    np.testing.assert_allclose(result.values - signal.values[:9].mean(axis=0), 0.0, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize(("output_times", "input_times"), LOOPS)
 def test_a_loop_ends_in_the_pose_that_it_begins_with(output_times: list[float], input_times: list[float]) -> None:
     motion, warp = cycle_of(61), Warp(output_times, input_times)

@@ -153,8 +153,8 @@ class Contacts:
     def _numbers_at(self, input_times: ArrayLike) -> IntArray:
         before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
         numbers = self._numbers()
-        earlier, later = numbers[before], numbers[np.where(fraction > 0, after, before)]
-        return np.where(earlier == later, earlier, 0)
+        # Neighbouring frames are in one contact, or one of them is in none.
+        return np.minimum(numbers[before], numbers[np.where(fraction > 0, after, before)])
 
     def _spans(self, numbers: IntArray) -> tuple[Contact, ...]:
         spans = []

@@ -108,11 +108,9 @@ def _slerp_rows(a: FloatArray, b: FloatArray, share: FloatArray) -> FloatArray:
     near = sine < 1e-9
     safe = np.where(near, 1.0, sine)
     rest = 1.0 - share
+    # At share 0 and 1 the weights come out as 0 and 1 to the last bit: one sine is 0, the other is divided by itself.
     wa = np.where(near, rest, np.sin(rest * angle) / safe)
     wb = np.where(near, share, np.sin(share * angle) / safe)
-    whole = (share == 0.0) | (share == 1.0)
-    if whole.any():
-        wa[whole], wb[whole] = rest[whole], share[whole]
     a *= wa
     b *= wb
     a += b
