@@ -154,7 +154,7 @@ class Contacts:
         before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
         numbers = self._numbers()
         # Neighbouring frames are in one contact, or one of them is in none.
-        return np.minimum(numbers[before], numbers[np.where(fraction > 0, after, before)])
+        return np.asarray(np.minimum(numbers[before], numbers[np.where(fraction > 0, after, before)]))
 
     def _spans(self, numbers: IntArray) -> tuple[Contact, ...]:
         spans = []
