@@ -142,6 +142,23 @@ def another_skeleton() -> dict[str, retime.Warp] | None:
     return {"guided": result.warp}
 
 
+def propagate() -> dict[str, retime.Warp]:
+    """Slow the second jump to half by hand; the rest of the clip follows."""
+    start, stop = round((SECOND_UP - 0.25) * RATE), round((SECOND_UP + 0.75) * RATE) + 1
+    hand = retime.Warp(np.array([0.0, 2.0]), np.array([0.0, 1.0]))
+    result = retime.imitate(CLIP, (start, stop), hand)
+    assert result.warp.output_end > hand.output_end
+    return {"the rest follows": result.warp}
+
+
+def loop() -> dict[str, retime.Warp]:
+    """Keep a cycle a cycle: first and last speed agree."""
+    cycle = CLIP.frames(100, 200)
+    closed = retime.guided_warp(cycle, length="80%", loop=True).warp
+    assert np.isclose(closed.slopes[0], closed.slopes[-1])
+    return {"as a clip": retime.guided_warp(cycle, length="80%").warp, "as a loop": closed}
+
+
 FEATURES: dict[str, Callable[[], dict[str, retime.Warp] | None]] = {
     "keytimes": many_keys,
     "hold": hold,
@@ -152,6 +169,8 @@ FEATURES: dict[str, Callable[[], dict[str, retime.Warp] | None]] = {
     "limits": limits,
     "blend": blend,
     "free": free_length,
+    "imitate": propagate,
+    "loop": loop,
     "skeleton": another_skeleton,
     "camera": camera,
 }
