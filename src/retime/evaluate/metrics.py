@@ -26,6 +26,7 @@ from retime.warp.apply import output_frame_times
 from retime.warp.curve import Keytime, Warp
 from retime.warp.features import PoseOptions, timing_features
 from retime.warp.reference import Reference, model_poses
+from retime.warp.session import GuidedWarp
 
 Spans = Sequence[tuple[float, float]]
 """Stretches of a clip: start and end, seconds."""
@@ -148,6 +149,15 @@ class FlightTiming:
     n_flights_kept: int
     slowest: float
     fastest: float
+
+
+def path_warp(found: GuidedWarp) -> Warp:
+    """Return the path that a search found as a warp, on the analysis grid: what it decided, before all that follows.
+
+    (`GuidedWarp.steps` meets ends and keytimes that lie between frames of the grid, so its speeds may be a little off.)
+    """
+    times = np.arange(found.n_output) / found.rate
+    return Warp(times, found.reduction.input_times[found.path.frames], method="guided")
 
 
 def flight_timing(warp: Warp, spans: Spans, *, rate: float = ANALYSIS_RATE) -> FlightTiming:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from retime.errors import InfeasibleWarpError
-from retime.evaluate.metrics import flight_spans, flight_timing, match_warps
+from retime.evaluate.metrics import flight_spans, flight_timing, match_warps, path_warp
 from retime.evaluate.study_motions import ANSWERS, Answer, Library
 from retime.motion.joint_names import body_parts
 from retime.motion.motion import Motion
@@ -173,6 +173,12 @@ def settings(base: Mapping[str, Any]) -> list[Setting]:
     for group, option, values in single:
         rows += [Setting(group, f"{value:g}", {**base, option: value}) for value in values]
     rows += [
+        Setting(
+            "frames a period, where slowed", f"{n}, longest step {4 * n}", {**base, "upsample": n, "max_skip": 4 * n}
+        )
+        for n in (2, 6, 8)
+    ]
+    rows += [
         Setting("joints", "hips, feet, hands, head", {**base, "features": _few}),
         Setting("joints", "no fingers", {**base, "features": _without_hands}),
         Setting("joints", "root counts 4 times", {**base, "features": _root_weighs(4.0)}),
@@ -219,25 +225,28 @@ def _preserve(
     motion: Motion, clip: str, spans: Sequence[tuple[float, float]], setting: Setting, lengths: Sequence[str]
 ) -> Iterator[Preserved]:
     session, search = _session(motion, setting)
-    everything = flight_timing(session.solve(length="100%").steps, spans).n_frames
+    everything = flight_timing(path_warp(session.solve(length="100%")), spans).n_frames
     for length in lengths:
-        longer = float(length.rstrip("%")) > 100
         options = dict(search)
-        if longer and "max_skip" in options:
-            # The longest step is a question about speeds above 1; lengthened, frames are four to a period.
-            del options["max_skip"]
+        # The longest step is a question about speeds above 1, upsampling about those below.
+        if float(length.rstrip("%")) > 100:
+            if "upsample" not in options:
+                options.pop("max_skip", None)
+        elif "upsample" in options:
+            options = {name: value for name, value in options.items() if name not in ("upsample", "max_skip")}
         try:
             found = session.solve(length=length, **options)
         except InfeasibleWarpError:
             yield Preserved(clip, length, everything, 0, math.nan, math.nan)
             continue
-        timing = flight_timing(found.steps, spans)
+        timing = flight_timing(path_warp(found), spans)
         yield Preserved(clip, length, timing.n_frames, timing.n_kept, timing.slowest, timing.fastest)
 
 
 def _imitate(case: Answer, setting: Setting) -> Iterator[Imitated]:
     session, search = _session(case.motion, setting, case.reference)
-    search.pop("max_skip", None)
+    if "upsample" not in search:
+        search.pop("max_skip", None)
     given = round(case.truth.output_duration * float(case.motion.rate)) + 1
     asked: list[tuple[str, dict[str, Any]]] = [("given", {"length": given})]
     if case.free:

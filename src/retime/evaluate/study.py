@@ -246,9 +246,9 @@ class _Looker:
         self.standing = contacts(motion)
 
     def figures(
-        self, shown: Motion, warp: Warp | None, *, steps: Warp | None = None, keys: Sequence[Keytime] = ()
+        self, shown: Motion, warp: Warp | None, *, path: Warp | None = None, keys: Sequence[Keytime] = ()
     ) -> Figures:
-        """Measure what is shown; `steps` is the path before smoothing, where there is one."""
+        """Measure what is shown; `path` is what a search decided, where there was one."""
         distance = metrics.timing_distance(shown, self.reference, **_seen_as(SETTINGS)) * 100
         speeds = match = None
         if self.wanted is not None:
@@ -274,15 +274,16 @@ class _Looker:
                 slip=None,
                 **common,
             )
-        timing = metrics.flight_timing(warp if steps is None else steps, self.flights)
+        timing = metrics.flight_timing(warp if path is None else path, self.flights)
+        speeds_seen = metrics.flight_timing(warp, self.flights)
         ratios = metrics.gravity_ratios(self.motion, shown, warp, self.flights)
         return Figures(
             keytimes_missed=metrics.match_keytimes(warp, keys).largest_error if keys else None,
             fastest=metrics.fastest_speed(warp),
             flight_frames=timing.n_frames if self.flights else None,
             flight_frames_kept=timing.n_kept if self.flights else None,
-            flight_slowest=timing.slowest if self.flights else None,
-            flight_fastest=timing.fastest if self.flights else None,
+            flight_slowest=speeds_seen.slowest if self.flights else None,
+            flight_fastest=speeds_seen.fastest if self.flights else None,
             gravity=_worst(ratios) if self.flights else None,
             idle=metrics.seconds_shown(warp, self.idle) if self.idle else None,
             slip=metrics.foot_slip(self.motion, shown, warp, standing=self.standing).mean
@@ -294,10 +295,10 @@ class _Looker:
             **common,
         )
 
-    def input(self) -> Version:
+    def input(self, note: str = "as captured") -> Version:
         """Show the input as it is."""
         warp = _identity(self.motion)
-        return Version("input", "as captured", self.motion, None, self.figures(self.motion, warp))
+        return Version("input", note, self.motion, None, self.figures(self.motion, warp))
 
     def version(self, label: str, note: str, warp: Warp, *, average: bool = True, **how: Any) -> Version:
         """Show the input by a warp."""
@@ -306,7 +307,7 @@ class _Looker:
 
     def guided(self, found: GuidedWarp, note: str, label: str = "guided") -> Version:
         """Show the input by a guided warp."""
-        return self.version(label, note, found.warp, steps=found.steps)
+        return self.version(label, note, found.warp, path=metrics.path_warp(found))
 
     def other(self, label: str, note: str, motion: Motion) -> Version:
         """Show another motion beside it."""
@@ -395,8 +396,7 @@ def _preserve(
     look = _Looker(motion, motion)
     versions = [look.input()]
     versions.append(look.version("linear", "one speed for all", linear_warp(found.warp.keytimes)))
-    keep = look.flights or _busy_spans(motion, look.idle)
-    keep = spans_to_keep(motion, keep)
+    keep = spans_to_keep(motion, look.flights) if look.flights else _busy_spans(motion, look.idle)
     if sum(end - start for start, end in keep) < found.warp.output_duration:
         what = "take-offs and landings" if look.flights else "beginning and end of what is no idling"
         spline = keyed_spline(motion, keep, found.warp.output_duration)
@@ -411,11 +411,9 @@ def _preserve(
 
 
 def _busy_spans(motion: Motion, idle: metrics.Spans) -> tuple[tuple[float, float], ...]:
-    """Everything but the longest idle stretch."""
-    if not idle:
-        return ()
-    start, end = max(idle, key=lambda span: span[1] - span[0])
-    return ((0.0, start), (end, motion.duration))
+    """Everything but the idle stretches."""
+    ends = [0.0, *(time for span in idle for time in span), motion.duration]
+    return tuple((start, end) for start, end in zip(ends[::2], ends[1::2], strict=True) if end > start)
 
 
 def v1(clips: Library, repeats: int) -> Evaluation:
@@ -529,7 +527,7 @@ def v6b(clips: Library, repeats: int) -> Evaluation:
     found, row = solve_timed(answer.motion, answer.reference, {**SETTINGS, **options}, repeats=repeats)
     look = _Looker(answer.motion, answer.reference, truth=answer.truth, wrists=strong)
     versions = (
-        look.input(),
+        look.input("its blows weakened by hand"),
         look.version("as it was", "the answer: the blows before they were weakened", answer.truth),
         look.version("aligned", "timing carried over by dynamic time warping", align_warp(look.motion, look.reference)),
         look.guided(found, "length kept"),
@@ -566,7 +564,7 @@ def v7(clips: Library, repeats: int) -> Evaluation:
         look.version(
             "aligned", "dynamic time warping to the cycle, repeated", align_warp(motion, reference, loop=True)
         ),
-        look.guided(free, "length found by the search", "guided, free length"),
+        look.guided(free, "length found by the search", "guided, free"),
         look.guided(found, "length kept, as in the paper"),
     )
     return Evaluation(
@@ -598,7 +596,7 @@ def v8(clips: Library, repeats: int) -> Evaluation:
         look.input(),
         look.version("by hand", "every flight at half its speed: the answer", truth),
         look.version("aligned", "dynamic time warping to the jump, repeated", align_warp(motion, reference, loop=True)),
-        look.guided(plain, "the paper's plain sum", "guided, plain sum"),
+        look.guided(plain, "guided, weighed by the paper's plain sum", "plain sum"),
         look.guided(found, "free length, each score weighed by the square root of its speed"),
     )
     return Evaluation(

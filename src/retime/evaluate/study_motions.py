@@ -74,6 +74,11 @@ SOURCES = {
 }
 
 
+def missing_files(folder: Path) -> list[Path]:
+    """List the files of `SOURCES` that a folder lacks."""
+    return [folder / source.path for source in SOURCES.values() if not (folder / source.path).is_file()]
+
+
 class Library:
     """Clips of the data folder, each read once.
 

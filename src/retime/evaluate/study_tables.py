@@ -168,7 +168,17 @@ def figures_table(evaluation: Evaluation) -> Table:
 
 
 def answers_table(answered: Sequence[Answered]) -> Table:
-    """How close each method comes: correlation and mean error in time, where the answer has something to say."""
+    """How alike playback speeds are: correlation of log-speed, where the answer has something to say."""
+    rows = []
+    for one in answered:
+        found = [one.attempt(method) for method in METHODS[1:]]
+        cells = [NOTHING if attempt is None else number(attempt.inside.correlation) for attempt in found]
+        rows.append((one.answer.name, one.answer.kind, *cells))
+    return Table(("case", "kind", *METHODS[1:]), tuple(rows), numbers_from=2)
+
+
+def answer_times_table(answered: Sequence[Answered]) -> Table:
+    """By how many frames poses come too early or late within each stretch, and the length of the whole."""
     rows = []
     for one in answered:
         cells = []
@@ -176,12 +186,10 @@ def answers_table(answered: Sequence[Answered]) -> Table:
             attempt = one.attempt(method)
             if attempt is None:
                 cells.append(NOTHING)
-                continue
-            match = attempt.inside
-            free = method in ("guided, free", "guided, plain sum", "aligned", "aligned, repeated")
-            length = f", {match.length_ratio:.0%} long" if free else ""
-            correlation = "" if math.isnan(match.correlation) else f"{match.correlation:.2f}, "
-            cells.append(f"{correlation}{match.mean_error:.1f} fr{length}")
+            elif method in ("nothing", "guided, given length"):
+                cells.append(number(attempt.inside.mean_error, 1))
+            else:
+                cells.append(f"{number(attempt.inside.mean_error, 1)} ({attempt.inside.length_ratio:.0%})")
         rows.append((one.answer.name, one.answer.kind, *cells))
     return Table(("case", "kind", *METHODS), tuple(rows), numbers_from=2)
 
@@ -226,7 +234,7 @@ def losses_table(rows: Sequence[Row]) -> Table:
         one = next(one for one in row.preserved if (one.clip, one.length) == (clip, length))
         return f"{one.n_kept} of {one.n_frames}"
 
-    headings = ("clip", *(f"{length}" for length in lengths), *(f"{length}, paper's features" for length in lengths))
+    headings = ("clip", *lengths, *(f"{length}, paper's features" for length in lengths))
     written = [
         (
             clip,

@@ -1,0 +1,152 @@
+"""The study's pictures."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from retime.errors import MissingExtraError
+from retime.evaluate.plot import plot_warps
+from retime.evaluate.plot_panels import SPEED_LIMITS, step_curve
+from retime.evaluate.plot_style import FLIGHT, GREY, INK, STYLE
+from retime.evaluate.study import Evaluation
+from retime.evaluate.study_answers import Answered
+from retime.evaluate.study_signals import SignalResult
+from retime.formats.files import write_bytes
+from retime.warp.curve import Warp
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_TICKS = {0.1: "1/10", 1.0: "1", 10.0: "10"}
+# Which methods the picture of the known answers shows, and how.
+_SHOWN: dict[str, dict[str, Any]] = {
+    "aligned, repeated": {"color": "#be185d", "linewidth": 1.2, "linestyle": (0, (1.5, 1.2))},
+    "guided, given length": {"color": "#0f766e", "linewidth": 2.0},
+}
+
+
+def draw_evaluation(evaluation: Evaluation, path: Path) -> None:
+    """Draw speeds, time map and strip of poses of every version (`retime.plot_warps`)."""
+    warps = {version.label: version.warp for version in evaluation.versions if version.warp is not None}
+    plot_warps(
+        warps,
+        motion=evaluation.motion,
+        path=path,
+        title=f"{evaluation.key}: {evaluation.title}",
+        n_poses=26,
+        overwrite=True,
+    )
+
+
+def draw_signal(result: SignalResult, path: Path) -> None:
+    """Draw the bouncing ball, shortened."""
+    plot_warps(
+        {"linear": result.linear, "guided": result.guided.warp},
+        motion=result.signal,
+        path=path,
+        title="A bouncing ball, shortened to 60 %",
+        overwrite=True,
+    )
+
+
+def draw_speeds(evaluations: Sequence[Evaluation], path: Path) -> None:
+    """Draw the speed of every guided warp as the paper's Figure 5 does: a log axis from 1/10 to 10, unit speed a line.
+
+    Thin: the frame path, as it was found; thick: the warp, smoothed.
+    """
+    n_rows = math.ceil(len(evaluations) / 3)
+    with _style() as new_figure:
+        figure = new_figure(figsize=(12.8, 2.1 * n_rows + 0.4))
+        for place, evaluation in enumerate(evaluations):
+            axes = figure.add_subplot(n_rows, 3, place + 1, label=evaluation.key)
+            warp = evaluation.guided.steps
+            _speed_axes(axes, warp.output_start, warp.output_end)
+            flights = [
+                (float(evaluation.guided.warp.inverse()(start)), float(evaluation.guided.warp.inverse()(end)))
+                for start, end in evaluation.flights
+            ]
+            for start, end in flights:
+                axes.axvspan(start, end, color=FLIGHT, linewidth=0, zorder=0)
+            axes.plot(*step_curve(warp, warp.slopes > 0, warp.slopes), color="#5eada5", linewidth=0.8)
+            smooth = evaluation.guided.warp
+            axes.plot(*step_curve(smooth, smooth.slopes > 0, smooth.slopes), color="#0f766e", linewidth=1.5)
+            axes.set_title(f"{evaluation.key}  {evaluation.title}", loc="left", fontsize=9.5, fontweight="bold")
+        for axes in figure.axes[-3:]:
+            axes.set_xlabel("output time (s)")
+        figure.tight_layout()
+        _write(figure, path)
+
+
+def draw_answers(answered: Sequence[Answered], path: Path) -> None:
+    """Draw speed over the input's time: the right one, the guided warp's, and an alignment's."""
+    n_rows = math.ceil(len(answered) / 2)
+    with _style() as new_figure:
+        figure = new_figure(figsize=(12.8, 1.75 * n_rows + 0.7))
+        lines = {}
+        for place, one in enumerate(answered):
+            axes = figure.add_subplot(n_rows, 2, place + 1, label=one.answer.name)
+            truth = one.answer.truth
+            _speed_axes(axes, float(truth.input_times[0]), float(truth.input_times[-1]), limits=(0.2, 5.0))
+            for start, end in one.answer.spans:
+                axes.axvspan(start, end, color="#f1f5f9", linewidth=0, zorder=0)
+            for method, style in _SHOWN.items():
+                attempt = one.attempt(method)
+                if attempt is not None:
+                    (lines[method],) = axes.plot(*_over_input(attempt.warp), **style)
+            (lines["the answer"],) = axes.plot(*_over_input(truth), color=INK, linewidth=1.0)
+            axes.set_title(f"{one.answer.name} ({one.answer.kind})", loc="left", fontsize=9.5, fontweight="bold")
+        for axes in figure.axes[-2:]:
+            axes.set_xlabel("input time (s)")
+        figure.tight_layout(rect=(0, 0, 1, 1 - 0.35 / figure.get_figheight()))
+        figure.legend(
+            list(lines.values()), list(lines), loc="upper left", ncols=4, frameon=False, bbox_to_anchor=(0.02, 1.0)
+        )
+        _write(figure, path)
+
+
+def _over_input(warp: Warp, *, window: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
+    """Speed over input time, taken over a short window."""
+    times = np.arange(float(warp.input_times[0]), float(warp.input_times[-1]), 1 / 60)
+    low = np.maximum(times - window / 2, warp.input_times[0])
+    high = np.minimum(times + window / 2, warp.input_times[-1])
+    ends = [np.interp(at, warp.input_times, warp.output_times) for at in (low, high)]
+    shown = ends[1] - ends[0]
+    return times, (high - low) / np.maximum(shown, 1e-3)
+
+
+def _speed_axes(axes: Axes, start: float, end: float, *, limits: tuple[float, float] = SPEED_LIMITS) -> None:
+    axes.set_yscale("log")
+    axes.set(xlim=(start, end), ylim=limits)
+    ticks: Mapping[float, str] = (
+        _TICKS if limits == SPEED_LIMITS else {0.25: "1/4", 0.5: "1/2", 1.0: "1", 2.0: "2", 4.0: "4"}
+    )
+    axes.set_yticks(list(ticks), list(ticks.values()))
+    axes.set_yticks([], minor=True)
+    axes.axhline(1.0, color=GREY, linewidth=0.8, zorder=1)
+
+
+@contextlib.contextmanager
+def _style() -> Iterator[type[Figure]]:
+    """Draw in the style of the other plots; raise MissingExtraError where matplotlib is missing."""
+    try:
+        import matplotlib
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingExtraError("drawing a plot", package="matplotlib", extra="plot") from error
+    with matplotlib.rc_context(STYLE):
+        yield Figure
+
+
+def _write(figure: Figure, path: Path) -> None:
+    """Write an SVG without a date: the same numbers give the same bytes."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None})
+    write_bytes(path, buffer.getvalue(), overwrite=True)
