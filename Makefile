@@ -15,7 +15,7 @@ INSTALLED := $(VENV)/.installed
 VENV_WORKS := $(shell $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install demo test check format lint types docs bench lock clean FORCE
+.PHONY: help install demo test check format lint types docs bench study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -43,6 +43,12 @@ types: $(LOCKED)
 
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py; do $(PY) $$script; done
+
+DATA ?= ../shared/mocap
+
+study: $(INSTALLED)  ## Run the paper's evaluations on the captures in DATA, into out/study and docs/study
+	$(VENV)/bin/retime study --data $(DATA) --out out/study
+	$(PY) tools/fill_study.py out/study docs/study
 
 bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py; write docs/performance.md
 	set -e; for script in benchmarks/bench_*.py; do $(PY) $$script; done
