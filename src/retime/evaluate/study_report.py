@@ -150,7 +150,7 @@ def write_study(results: Results, folder: Path) -> Written:
         draw_signal(results.ball, pictures["signals"])
     page, data = folder / "report.html", folder / "study.json"
     write_bytes(page, report_html(results, pictures).encode("utf-8"), overwrite=True)
-    text = json.dumps(numbers(results), indent=1, allow_nan=False) + "\n"
+    text = json.dumps(numbers(results), separators=(",", ":"), allow_nan=False) + "\n"
     write_bytes(data, text.encode("utf-8"), overwrite=True)
     return Written(page, data, tuple(pictures.values()))
 

@@ -129,6 +129,7 @@ def sizes_table(evaluations: Sequence[Evaluation]) -> Table:
 # What is shown of each figure: heading, and how to write it. A column that no version has is left out.
 _COLUMNS: tuple[tuple[str, Callable[[Figures], str]], ...] = (
     ("length (s)", lambda f: number(f.seconds)),
+    ("keytimes missed by (ms)", lambda f: number(None if f.keytimes_missed is None else f.keytimes_missed * 1000, 1)),
     ("fastest (×)", lambda f: number(f.fastest, 1)),
     (
         "flight frames kept",
@@ -263,7 +264,7 @@ def signals_table(camera: CameraResult, ball: SignalResult) -> Table:
             f"gravity {ball.linear_gravity:.2f} × 9.81 m/s²",
         ),
     )
-    return Table(("what", "value", ""), rows)
+    return Table(("what", "value", "note"), rows, numbers_from=3)
 
 
 def _kept(timing: FlightTiming) -> str:
@@ -300,7 +301,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, str | bool | int) or value is None:
         return value
     if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
+        # Six digits are more than any of these means.
+        return float(f"{value:.6g}") if math.isfinite(value) else None
     if isinstance(value, np.integer):
         return int(value)
     if callable(value):
