@@ -301,8 +301,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, str | bool | int) or value is None:
         return value
     if isinstance(value, float | np.floating):
-        # Six digits are more than any of these means.
-        return float(f"{value:.6g}") if math.isfinite(value) else None
+        # Four digits are as many as any of these means.
+        return float(f"{value:.4g}") if math.isfinite(value) else None
     if isinstance(value, np.integer):
         return int(value)
     if callable(value):
