@@ -114,7 +114,7 @@ def draw_answers(answered: Sequence[Answered], path: Path) -> None:
 
 def _over_input(warp: Warp, *, window: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
     """Speed over input time, taken over a short window."""
-    times = np.arange(float(warp.input_times[0]), float(warp.input_times[-1]), 1 / 60)
+    times = np.arange(float(warp.input_times[0]), float(warp.input_times[-1]), 1 / 30)
     low = np.maximum(times - window / 2, warp.input_times[0])
     high = np.minimum(times + window / 2, warp.input_times[-1])
     ends = [np.interp(at, warp.input_times, warp.output_times) for at in (low, high)]
