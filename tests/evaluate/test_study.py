@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retime.cli.main import main
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.evaluate.metrics import flight_spans, flight_timing, match_warps, path_warp
 from retime.evaluate.sensitivity import Imitated, Preserved, Row, Setting, measure, settings
@@ -334,15 +333,3 @@ def test_a_study_of_nothing_has_no_tables() -> None:
 def test_answers_name_clips_that_are_there(mocap: Path) -> None:
     assert all((mocap / source.path).is_file() for source in SOURCES.values())
     assert {"29_01", "01_01", "boxing", "sample, limp", "sample, jump"} <= set(ANSWERS)
-
-
-def test_a_folder_without_the_captures_is_refused_before_the_work(tmp_path: Path) -> None:
-    from click.testing import CliRunner
-
-    result = CliRunner().invoke(main, ["study", "--data", str(tmp_path), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 1
-    assert "missing" in result.output
-    assert not (tmp_path / "out").exists()
-    wrong = CliRunner().invoke(main, ["study", "--data", str(tmp_path), "--only", "V9"])
-    assert wrong.exit_code == 2
-    assert "no part 'V9'" in wrong.output
