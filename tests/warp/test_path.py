@@ -308,6 +308,141 @@ def test_anchors_that_contradict_each_other_are_refused(kernels: Backend, anchor
         shortest_path(np.zeros((10, 3, 3)), n_output=6, anchors=anchors, use=kernels)
 
 
+def test_ranges_shrink_to_what_the_anchors_allow(kernels: Backend) -> None:
+    rng = np.random.default_rng(12)
+    for _ in range(40):
+        n_input, max_skip = int(rng.integers(5, 10)), int(rng.integers(1, 4))
+        scores = rng.integers(0, 3, (n_input, max_skip, max_skip)) * 0.5
+        anchor = (int(rng.integers(1, 6)), int(rng.integers(1, n_input)))
+        wanted = literal.best_path(scores, range(2, 9), dict([anchor]))
+        # Lengths that end before the anchor's position don't pass it.
+        passing = [n for n in range(anchor[0] + 1, 9) if literal.best_path(scores, range(n, n + 1), dict([anchor]))]
+        wanted = literal.best_path(scores, range(passing[0], 9), dict([anchor])) if passing else None
+        for search in SEARCHES:
+            assert found_by(scores, n_output=(2, 8), anchors=[anchor], use=kernels, search=search) == wanted
+
+
+@pytest.mark.parametrize("length", [None, 6, (4, 9)])
+@pytest.mark.parametrize("anchor", [(2, 10), (2, 1 << 40), (2, -1), (-1, 2), (-1, -1)])
+def test_anchors_outside_the_problem_are_refused(
+    kernels: Backend, anchor: tuple[int, int], length: int | tuple[int, int] | None
+) -> None:
+    with pytest.raises(InfeasibleWarpError, match=rf"position {anchor[0]} and input frame {anchor[1]} lies outside"):
+        shortest_path(np.zeros((10, 3, 3)), n_output=length, anchors=[anchor], use=kernels)
+
+
+def test_an_anchor_beyond_the_longest_length_is_named() -> None:
+    with pytest.raises(InfeasibleWarpError, match="position 7 and input frame 8 lies beyond the last of 6"):
+        shortest_path(np.zeros((10, 3, 3)), n_output=(4, 6), anchors=[(7, 8)])
+
+
+@pytest.mark.parametrize("which", ["start_cost", "end_cost"])
+@pytest.mark.parametrize("search", [*SEARCHES, "free"])
+@pytest.mark.parametrize(
+    ("costs", "says"),
+    [
+        pytest.param(np.zeros(2), r"shape \(3,\).*\(2,\)", id="too_short"),
+        pytest.param(np.zeros(0), r"shape \(3,\).*\(0,\)", id="empty"),
+        pytest.param(np.zeros(4), r"shape \(3,\).*\(4,\)", id="too_long"),
+        pytest.param(np.zeros((3, 1)), r"shape \(3,\).*\(3, 1\)", id="column"),
+        pytest.param(1.0, r"shape \(3,\).*\(\)", id="number"),
+        pytest.param([0, np.nan, 0], "found nan for a step of 2", id="nan"),
+        pytest.param([0, 0, -np.inf], "found -inf for a step of 3", id="minus_inf"),
+        pytest.param(["a", "b", "c"], "real numbers", id="text"),
+        pytest.param([0, 0, 1j], "real numbers", id="complex"),
+        pytest.param([[0], [0, 0]], "array of numbers", id="ragged"),
+    ],
+)
+def test_costs_at_the_ends_are_checked(kernels: Backend, which: str, search: str, costs: object, says: str) -> None:
+    asked = {"search": search, "n_output": 4} if search != "free" else {}
+    with pytest.raises(OptionError, match=f"{which}.*{says}"):
+        shortest_path(np.zeros((7, 3, 3)), use=kernels, **{which: costs}, **asked)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        pytest.param({"n_output": (9, 5)}, "9, is more than the most, 5", id="least_above_most"),
+        pytest.param({"n_output": 4.0}, "integer.*4.0", id="float"),
+        pytest.param({"n_output": "4"}, "integer.*'4'", id="text"),
+        pytest.param({"n_output": (4, 5, 6)}, r"least and the most.*\(4, 5, 6\)", id="three_lengths"),
+        pytest.param({"n_output": (4, 5.5)}, "integer.*5.5", id="float_in_a_range"),
+        pytest.param({"n_output": 4, "anchors": [(1, 2.5)]}, "integer.*2.5", id="float_anchor"),
+        pytest.param({"n_output": 4, "anchors": [3]}, "anchor.*3", id="anchor_without_a_frame"),
+        pytest.param({"n_output": 4, "memory_limit": -1}, "memory_limit.*-1", id="memory_below_zero"),
+        pytest.param({"n_output": 4, "memory_limit": 1e9}, "memory_limit.*integer", id="memory_in_floats"),
+        pytest.param({"n_output": 4, "search": "best"}, "priced, layered.*'best'", id="search"),
+    ],
+)
+def test_options_of_the_wrong_kind_are_refused(asked: dict[str, object], says: str) -> None:
+    with pytest.raises(OptionError, match=says):
+        shortest_path(np.zeros((7, 3, 3)), **asked)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("bad", [np.nan, -np.inf])
+@pytest.mark.parametrize("length", [None, 5])
+def test_scores_that_are_no_numbers_are_named(bad: float, length: int | None) -> None:
+    scores = np.zeros((9, 2, 2))
+    scores[4, 1, 0] = bad
+    with pytest.raises(OptionError, match=f"found {bad} for frame 4 between a step of 2 and one of 1"):
+        shortest_path(scores, n_output=length)
+
+
+def test_scores_too_large_to_be_added_are_told_from_forbidden_ones(kernels: Backend) -> None:
+    with pytest.raises(OptionError, match=r"too large.*1e\+308"):
+        shortest_path(np.full((9, 2, 2), 1e308), n_output=7, use=kernels)
+
+
+def test_integers_of_every_kind_will_do(kernels: Backend) -> None:
+    scores = np.random.default_rng(3).random((12, 3, 3))
+    wanted = found_by(scores, n_output=7, anchors=[(3, 5)], use=kernels)
+    for kind in (np.int64, np.uint8, np.int16):
+        assert found_by(scores, n_output=kind(7), anchors=[(kind(3), kind(5))], use=kernels) == wanted
+        assert (
+            found_by(scores, n_output=np.array([7, 7], kind), anchors=np.array([[3, 5]], kind), use=kernels) == wanted
+        )
+    assert found_by(scores, n_output=[7, 7], anchors=[(3, 5)], use=kernels) == wanted
+
+
+@pytest.mark.parametrize("length", [None, 7, (5, 9)])
+def test_arrays_of_every_kind_give_the_same_path(kernels: Backend, length: int | None) -> None:
+    rng = np.random.default_rng(4)
+    scores, costs = rng.integers(0, 2, (12, 3, 3)).astype(float), rng.integers(0, 2, 3).astype(float)
+    frozen = scores.copy()
+    frozen.flags.writeable = False
+    wanted = found_by(scores, n_output=length, start_cost=costs, end_cost=costs, use=kernels)
+    others = (
+        scores.astype(bool), scores.astype(np.float32), scores.astype(np.int8), scores.astype(">f8"), frozen,
+        np.asfortranarray(scores), np.repeat(scores, 2, axis=2)[:, :, ::2], scores[::-1].copy()[::-1],
+    )  # fmt: skip
+    for other in others:
+        for cost in (costs, costs.astype(bool), costs.astype(np.float32), np.repeat(costs, 2)[::2], costs.tolist()):
+            path = shortest_path(other, n_output=length, start_cost=cost, end_cost=cost, use=kernels)
+            assert (tuple(path.frames.tolist()), path.total) == wanted
+
+
+@pytest.mark.parametrize("search", [*SEARCHES, "free"])
+def test_a_longest_step_beyond_the_input(kernels: Backend, search: str) -> None:
+    rng = np.random.default_rng(5)
+    for n_input in (2, 3, 4, 6):
+        scores, costs = rng.random((n_input, 40, 40)), rng.random(40)
+        lengths = range(2, n_input + 1)
+        asked = {"search": search, "n_output": (2, n_input)} if search != "free" else {}
+        got = found_by(scores, start_cost=costs, end_cost=costs, use=kernels, **asked)
+        assert got == literal.best_path(scores, lengths, {}, costs, costs)
+
+
+def test_a_single_input_frame(kernels: Backend) -> None:
+    scores = np.zeros((1, 2, 2))
+    for length in (None, 1, (1, 4)):
+        assert shortest_path(scores, n_output=length, anchors=[(0, 0)], use=kernels).frames.tolist() == [0]
+    for length in (2, 0, (2, 5)):
+        with pytest.raises(InfeasibleWarpError, match="single input frame"):
+            shortest_path(scores, n_output=length, use=kernels)
+    with pytest.raises(InfeasibleWarpError, match="position 3"):
+        shortest_path(scores, n_output=1, anchors=[(3, 0)], use=kernels)
+
+
 @pytest.mark.parametrize("n_output", [1, 0, -3])
 def test_fewer_than_two_frames_are_refused(kernels: Backend, n_output: int) -> None:
     with pytest.raises(InfeasibleWarpError):
@@ -320,6 +455,9 @@ def test_fewer_than_two_frames_are_refused(kernels: Backend, n_output: int) -> N
         pytest.param(np.zeros((5, 2)), "shape", id="flat"),
         pytest.param(np.zeros((5, 2, 3)), "shape", id="not_square"),
         pytest.param(np.zeros((5, 0, 0)), "shape", id="no_skip"),
+        pytest.param(np.zeros((0, 2, 2)), "shape", id="no_frames"),
+        pytest.param(np.zeros((5, 2, 2), dtype=complex), "real numbers", id="complex"),
+        pytest.param(np.full((5, 2, 2), "x"), "real numbers", id="text"),
         pytest.param(np.zeros((5, 256, 256)), "255", id="steps_beyond_a_byte"),
         pytest.param(np.full((5, 2, 2), np.nan), "nan", id="nan"),
     ],

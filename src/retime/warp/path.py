@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+import operator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import SupportsIndex
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import Backend, FloatArray, IntArray, PathProblem, backend
@@ -45,31 +48,31 @@ class FramePath:
 
 
 def shortest_path(
-    scores: FloatArray,
+    scores: ArrayLike,
     *,
-    n_output: int | tuple[int, int] | None = None,
-    anchors: Sequence[tuple[int, int]] = (),
-    start_cost: FloatArray | None = None,
-    end_cost: FloatArray | None = None,
+    n_output: SupportsIndex | Sequence[SupportsIndex] | None = None,
+    anchors: Sequence[tuple[SupportsIndex, SupportsIndex]] = (),
+    start_cost: ArrayLike | None = None,
+    end_cost: ArrayLike | None = None,
     search: str = "priced",
     use: Backend | None = None,
     memory_limit: int = MEMORY_LIMIT,
 ) -> FramePath:
     """Select the input frames whose warp has the lowest total score (§3.3, Eq. 3 and 4), exactly.
 
-    Ties go to the smaller skip, read back from the end: among all best paths this is the shortest, then the one
-    whose last step is smallest, then the step before it, and so on.
+    Of paths with equal totals the shortest wins, then the one whose last step is smallest, then the step before it,
+    and so on.
 
     Parameters
     ----------
     scores : float array, shape (n_input, max_skip, max_skip)
         ``scores[j, a - 1, b - 1]`` is the local score (Eq. 2) of frames j - a, j, j + b, in feature units; ``inf``
-        forbids the triple. Not negative where the length is free. From `retime.warp.score`.
+        forbids the triple. From `retime.warp.score`.
     n_output : int or (int, int), optional
         Frames to select, both ends included; or the least and the most of them. Left out, the length is free (§4.2).
     anchors : sequence of (int, int)
-        Pairs (output position, input frame) that the path must pass; the ends are added. Where the length is free,
-        only the frames count.
+        Pairs (output position, input frame) that the path must pass, both counted from 0; the ends are added. Where
+        the length is free, only the frames count.
     start_cost, end_cost : float arrays, shape (max_skip,), optional
         Added for the first and the last step; ``inf`` forbids it.
     search : {"priced", "layered"}
@@ -84,14 +87,14 @@ def shortest_path(
     Returns
     -------
     FramePath
-        ``total`` is the sum of its n_output - 2 scores.
+        ``total`` is the sum of its n_output - 2 scores, and of the costs at its ends.
 
     Raises
     ------
     InfeasibleWarpError
         No path has `n_output` frames and passes the anchors.
     OptionError
-        The scores have the wrong shape or are not numbers.
+        Scores or costs have the wrong shape, are no numbers or ``-inf``; a length or an anchor is no integer.
 
     Examples
     --------
@@ -100,27 +103,26 @@ def shortest_path(
     >>> len(path.frames), int(path.frames[0]), int(path.frames[-1]), path.optimal
     (5, 0, 8, True)
     """
-    scores = np.ascontiguousarray(scores, dtype=np.float64)
-    if scores.ndim != 3 or scores.shape[1] != scores.shape[2] or not 1 <= scores.shape[1] <= 255:
-        raise OptionError(f"expected scores of shape (n_input, max_skip <= 255, max_skip), found {scores.shape}")
-    if np.isnan(scores).any():
-        raise OptionError("the scores hold values that are not numbers (nan)")
+    scores = _as_scores(scores)
     if search not in SEARCHES:
         raise OptionError(f"the search must be one of {', '.join(SEARCHES)}; found {search!r}")
     n_input, max_skip = scores.shape[:2]
+    lengths = _as_lengths(n_output)
+    pairs = _as_anchors(anchors, n_input)
+    start, end = _as_costs("start_cost", start_cost, max_skip), _as_costs("end_cost", end_cost, max_skip)
+    limit = _as_integer("memory_limit", memory_limit)
+    if limit < 0:
+        raise OptionError(f"memory_limit must not be negative, found {limit}")
     if n_input == 1:
+        _check_single_frame(lengths, pairs)
         return FramePath(np.zeros(1, dtype=np.int64), np.zeros(0), 0.0, 0.0, True, search)
     kernels = use or backend()
-    start = np.zeros(max_skip) if start_cost is None else np.ascontiguousarray(start_cost, dtype=np.float64)
-    end = np.zeros(max_skip) if end_cost is None else np.ascontiguousarray(end_cost, dtype=np.float64)
-    if n_output is None:
-        frames = np.array(sorted({0, n_input - 1, *(int(j) for _, j in anchors)}), dtype=np.int64)
+    if lengths is None:
+        frames = np.array(sorted({0, n_input - 1, *(j for _, j in pairs)}), dtype=np.int64)
         found = kernels.free_path(PathProblem(scores, np.arange(len(frames)), frames, 0, start, end))
-        return _as_path(found, scores, n_input, max_skip, None, "free")
+        return _as_path(found, scores, None, "free")
 
-    least, most = (n_output, n_output) if isinstance(n_output, int) else n_output
-    pairs = sorted({(0, 0), (least - 1, n_input - 1), *((int(p), int(j)) for p, j in anchors)})
-    check_feasible(pairs, max_skip, last_position_max=most - 1)
+    pairs, most = _with_ends(pairs, *lengths, n_input, max_skip)
     problem = PathProblem(
         scores,
         np.array([p for p, _ in pairs], dtype=np.int64),
@@ -130,22 +132,155 @@ def shortest_path(
         end,
     )
     if search == "priced":
-        priced = kernels.priced_path(problem, memory_limit)
+        priced = kernels.priced_path(problem, limit)
         if priced is not None and not priced.gave_up:
-            return _as_path(priced.path, scores, n_input, max_skip, priced.lower_bound, "priced")
-    found = kernels.layered_path(problem, memory_limit)
-    return _as_path(found, scores, n_input, max_skip, None, "layered")
+            return _as_path(priced.path, scores, priced.lower_bound, "priced")
+    with np.errstate(over="ignore"):
+        found = kernels.layered_path(problem, limit)
+    return _as_path(found, scores, None, "layered")
+
+
+def _as_numbers(name: str, values: ArrayLike) -> FloatArray:
+    """Real numbers as a contiguous array; anything else is refused."""
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise OptionError(f"{name} must be an array of numbers: {error}") from None
+    if array.dtype.kind not in "buif":
+        raise OptionError(f"{name} must hold real numbers, found an array of {array.dtype}")
+    # Unlike ascontiguousarray this leaves a single number without dimensions.
+    return np.asarray(array, dtype=np.float64, order="C")
+
+
+def _as_scores(scores: ArrayLike) -> FloatArray:
+    array = _as_numbers("scores", scores)
+    if array.ndim != 3 or not len(array) or array.shape[1] != array.shape[2] or not 1 <= array.shape[1] <= 255:
+        raise OptionError(
+            f"expected scores of shape (n_input >= 1, max_skip, max_skip) with max_skip from 1 to 255, "
+            f"found {array.shape}"
+        )
+    # The least of them is nan where any is; and one pass over many megabytes is enough.
+    least = array.min()
+    if np.isnan(least) or least == -np.inf:
+        j, a, b = (int(i) for i in np.argwhere(np.isnan(array) | (array == -np.inf))[0])
+        raise OptionError(
+            f"scores must be numbers, or inf where a triple is forbidden: found {array[j, a, b]} for frame {j} between "
+            f"a step of {a + 1} and one of {b + 1}"
+        )
+    return array
+
+
+def _as_costs(name: str, costs: ArrayLike | None, max_skip: int) -> FloatArray:
+    if costs is None:
+        return np.zeros(max_skip)
+    array = _as_numbers(name, costs)
+    if array.shape != (max_skip,):
+        raise OptionError(
+            f"{name} must have shape ({max_skip},), one cost for each step up to max_skip; found {array.shape}"
+        )
+    bad = np.flatnonzero(np.isnan(array) | (array == -np.inf))
+    if len(bad):
+        raise OptionError(
+            f"{name} must be numbers, or inf where a step is forbidden: found {array[bad[0]]} for a step of "
+            f"{bad[0] + 1}"
+        )
+    return array
+
+
+def _as_integer(name: str, value: SupportsIndex) -> int:
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise OptionError(f"{name} must be an integer, found {value!r}") from None
+
+
+def _as_lengths(n_output: SupportsIndex | Sequence[SupportsIndex] | None) -> tuple[int, int] | None:
+    """Least and most frames of the output; None where its length is free."""
+    if n_output is None:
+        return None
+    try:
+        least = most = operator.index(n_output)  # type: ignore[arg-type]
+    except TypeError:
+        if isinstance(n_output, str) or not isinstance(n_output, Iterable) or len(pair := tuple(n_output)) != 2:
+            raise OptionError(
+                f"n_output must be an integer, or the least and the most frames; found {n_output!r}"
+            ) from None
+        least, most = (_as_integer("n_output", n) for n in pair)
+    if least > most:
+        raise OptionError(f"the least length in n_output, {least}, is more than the most, {most}: swap them")
+    return least, most
+
+
+def _as_anchors(anchors: Sequence[tuple[SupportsIndex, SupportsIndex]], n_input: int) -> list[tuple[int, int]]:
+    """Anchors as pairs of integers; those outside the problem are refused."""
+    pairs = []
+    for anchor in anchors:
+        try:
+            position, frame = anchor
+        except (TypeError, ValueError):
+            raise OptionError(f"an anchor is an output position and an input frame, found {anchor!r}") from None
+        pair = _as_integer("an anchor's position", position), _as_integer("an anchor's frame", frame)
+        if pair[0] < 0 or not 0 <= pair[1] < n_input:
+            raise InfeasibleWarpError(
+                f"the anchor at output position {pair[0]} and input frame {pair[1]} lies outside: positions begin with "
+                f"0, frames go from 0 to {n_input - 1}",
+                n_input=n_input,
+            )
+        pairs.append(pair)
+    return sorted(set(pairs))
+
+
+def _check_single_frame(lengths: tuple[int, int] | None, anchors: Sequence[tuple[int, int]]) -> None:
+    """Refuse all but one output frame of one input frame."""
+    least, most = lengths or (1, 1)
+    if not least <= 1 <= most:
+        raise InfeasibleWarpError(
+            f"cannot fit a single input frame into {least if least > 1 else most} output frames: it allows 1. "
+            "Use n_output=1, or more input frames",
+            n_input=1,
+            n_output=least if least > 1 else most,
+            min_output=1,
+            max_output=1,
+        )
+    if lengths is not None and any(position != 0 for position, _ in anchors):
+        raise InfeasibleWarpError(f"a single input frame has no output position {anchors[-1][0]}", n_input=1)
+
+
+def _with_ends(
+    anchors: list[tuple[int, int]], least: int, most: int, n_input: int, max_skip: int
+) -> tuple[list[tuple[int, int]], int]:
+    """Anchors with both ends, and the most frames: lengths that the last anchor rules out are left out of the range."""
+    inner = [(p, j) for p, j in anchors if j < n_input - 1]
+    position, frame = inner[-1] if inner else (0, 0)
+    ahead = n_input - 1 - frame
+    # The path may be as long as its anchors say, if they say.
+    low = max([least, position + -(-ahead // max_skip) + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
+    high = min([most, position + ahead + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
+    if low > high:
+        # No length fits: name the one that comes nearest.
+        low = high = least if least > high else most
+    if anchors and anchors[-1][0] >= high:
+        raise InfeasibleWarpError(
+            f"the anchor at output position {anchors[-1][0]} and input frame {anchors[-1][1]} lies beyond the last "
+            f"of {high} output frames, position {high - 1}. Move it, or use a longer output",
+            n_output=high,
+        )
+    pairs = sorted({(0, 0), (low - 1, n_input - 1), *anchors})
+    check_feasible(pairs, max_skip, last_position_max=high - 1)
+    return pairs, high
 
 
 def _as_path(
     found: tuple[IntArray, float] | None,
     scores: FloatArray,
-    n_input: int,
-    max_skip: int,
     lower_bound: float | None,
     search: str,
 ) -> FramePath:
     if found is None:
+        n_input, max_skip = scores.shape[:2]
+        largest = np.abs(scores[np.isfinite(scores)]).max(initial=0.0)
+        if largest > np.finfo(np.float64).max / n_input:
+            raise OptionError(f"the scores are too large to be added up: found {largest:g}. Divide them by {largest:g}")
         raise InfeasibleWarpError(
             "every path through the keytimes uses a step that a lock, a tangent or a speed limit forbids: "
             "loosen one of them",
