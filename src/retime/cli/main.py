@@ -15,7 +15,7 @@ from retime.cli import terminal
 from retime.errors import InfeasibleWarpError, OptionError, RetimeError
 
 # In the order of their use. Each is `command` in the module of its name.
-COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "study")
+COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "edit", "study")
 
 EXIT_OK = 0
 EXIT_FILE = 1

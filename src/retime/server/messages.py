@@ -1,0 +1,593 @@
+"""Every message between the editor's page and its server, declared once.
+
+A message is JSON text with its name as ``type``; `tools/make_messages.py` makes the page's types from this file. Those
+that carry arrays travel from the server as one binary frame::
+
+    uint32, little endian   length of the header in bytes
+    header                  JSON: the message's plain fields, and ``arrays``: name, dtype, shape and offset of each
+    arrays                  raw, little endian, C order, each beginning at a multiple of 8 bytes
+
+Offsets count from the end of the header, which is padded with spaces so that this too lies at a multiple of 8. Times
+are seconds from the first frame used of a clip or of the output.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import struct
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from retime.errors import FormatError
+from retime.project.document import Document
+from retime.project.values import from_value, parse_json, to_value
+
+VERSION = 1
+"""Of the messages. A page of another version is told so, and does nothing."""
+
+Float64s = Annotated[NDArray[np.float64], "<f8"]
+Float32s = Annotated[NDArray[np.float32], "<f4"]
+Int32s = Annotated[NDArray[np.int32], "<i4"]
+Bytes = Annotated[NDArray[np.uint8], "|u1"]
+
+
+# From the page to the server.
+
+
+@dataclass(frozen=True)
+class Hello:
+    """The first message of a page.
+
+    Attributes
+    ----------
+    version : int
+        Of the messages that it speaks.
+    """
+
+    version: int
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A new document value.
+
+    Every message that changes the document names the revision that it makes: one more than the last that the page
+    made or was told of. Where that is not the next one (another window was faster), the change is refused, and `State`
+    says what holds.
+
+    Attributes
+    ----------
+    revision : int
+        The revision that this makes.
+    gesture : str
+        Edits of one gesture (a drag) are one undo step.
+    done : bool
+        The gesture's last edit. Others are answered by `Ack` and `Curve` alone.
+    label : str
+        What was done, for the undo menu: "move key".
+    document : Document
+        The whole of it.
+    """
+
+    revision: int
+    gesture: str
+    done: bool
+    label: str
+    document: Document
+
+
+@dataclass(frozen=True)
+class Undo:
+    """Take back the last step.
+
+    Attributes
+    ----------
+    revision : int
+        The revision that this makes.
+    """
+
+    revision: int
+
+
+@dataclass(frozen=True)
+class Redo:
+    """Do again what was taken back last.
+
+    Attributes
+    ----------
+    revision : int
+        The revision that this makes.
+    """
+
+    revision: int
+
+
+@dataclass(frozen=True)
+class Keep:
+    """Keep the warp of the document as it is, to compare others with; an edit of the document.
+
+    Attributes
+    ----------
+    revision : int
+        The revision that this makes.
+    name : str
+        What to call it.
+    """
+
+    revision: int
+    name: str
+
+
+@dataclass(frozen=True)
+class Save:
+    """Save the project.
+
+    Attributes
+    ----------
+    path : str, optional
+        Where; left out, where it was opened from or saved last.
+    overwrite : bool
+        Replace another file that is there.
+    """
+
+    path: str | None
+    overwrite: bool
+
+
+@dataclass(frozen=True)
+class Open:
+    """Open a project, or a clip as a new document. What was not saved stays in the journal of its project.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    """
+
+    path: str
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write what the document asks for to files.
+
+    Attributes
+    ----------
+    what : {"motion", "warp", "picture"}
+        The retimed clip, its warp as JSON, or a plot.
+    path : str
+        Where; the name's ending says in which format.
+    clip : int
+        Which clip of the document, for a motion.
+    overwrite : bool
+        Replace a file that is there; an input is never replaced.
+    """
+
+    what: Literal["motion", "warp", "picture"]
+    path: str
+    clip: int
+    overwrite: bool
+
+
+@dataclass(frozen=True)
+class Browse:
+    """Ask for the files of a folder that the page may open from and write to.
+
+    Attributes
+    ----------
+    folder : str, optional
+        Left out, the folder that the server was started in.
+    """
+
+    folder: str | None
+
+
+# From the server to the page.
+
+
+@dataclass(frozen=True)
+class Welcome:
+    """The answer to `Hello`.
+
+    Attributes
+    ----------
+    version : int
+        Of the messages. Where it is not the page's, nothing follows: the page is to be loaded again.
+    program : str
+        The version of retime.
+    opens : list of str
+        File name endings of clips, lower case, with the dot.
+    """
+
+    version: int
+    program: str
+    opens: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class State:
+    """The document as it is now; everything up to its revision is on disk.
+
+    Attributes
+    ----------
+    revision : int
+        Of the document.
+    document : Document
+        The whole of it.
+    undo_label, redo_label : str, optional
+        What undo and redo would do; none where there is nothing.
+    saved : bool
+        Whether the project file holds this.
+    recovered : bool
+        Whether it was recovered from the journal of a session that ended before it was saved.
+    path : str, optional
+        The project file, if there is one.
+    """
+
+    revision: int
+    document: Document
+    undo_label: str | None
+    redo_label: str | None
+    saved: bool
+    recovered: bool
+    path: str | None
+
+
+@dataclass(frozen=True)
+class Ack:
+    """An edit of an unfinished gesture is on disk, and with it all before it.
+
+    Attributes
+    ----------
+    revision : int
+        Of the document.
+    """
+
+    revision: int
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The document asks for what can't be done; the last good curve stays.
+
+    Attributes
+    ----------
+    revision : int
+        Of the document.
+    message : str
+        What is wrong, and what would help.
+    key, lock : str, optional
+        The id of the key or lock at fault, where it is one.
+    """
+
+    revision: int
+    message: str
+    key: str | None
+    lock: str | None
+
+
+@dataclass(frozen=True)
+class Notice:
+    """Words for the person.
+
+    Attributes
+    ----------
+    kind : {"info", "warning", "error"}
+        How they sound.
+    text : str
+        The words.
+    """
+
+    kind: Literal["info", "warning", "error"]
+    text: str
+
+
+@dataclass(frozen=True)
+class Saved:
+    """The project was saved.
+
+    Attributes
+    ----------
+    path : str
+        Where.
+    """
+
+    path: str
+
+
+@dataclass(frozen=True)
+class Exported:
+    """An export was written.
+
+    Attributes
+    ----------
+    what : {"motion", "warp", "picture"}
+        What was.
+    path : str
+        Where.
+    """
+
+    what: Literal["motion", "warp", "picture"]
+    path: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """The files of a folder that retime can open, and the folders in it.
+
+    Attributes
+    ----------
+    folder : str
+        The folder.
+    parent : str, optional
+        The folder that it is in, where the page may go there.
+    folders, files : list of str
+        Names.
+    """
+
+    folder: str
+    parent: str | None
+    folders: tuple[str, ...]
+    files: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """A clip, or a reference, as it is drawn. Sent before the first `State`, and again where files change.
+
+    Attributes
+    ----------
+    what : {"clip", "reference"}
+        Which list of the document it is in.
+    index : int
+        Its place there.
+    count : int
+        How many there are: what lies beyond is gone.
+    name : str
+        What to call it.
+    holds : {"motion", "signal"}
+        What it is.
+    rate : float
+        Frames a second.
+    n_frames, n_nodes : int
+        Shape of `positions`; `n_nodes` is 0 for a signal.
+    first_frame : int
+        The number that the file gives its first frame used.
+    start_time : float
+        Of a reference: when its frames begin in the whole clip, seconds, where it is a stretch of the first clip; else
+        0.
+    names : list of str
+        Of the nodes (joints, then end sites), or of the channels.
+    parents : list of int
+        Of the nodes; -1 for the root.
+    positions : float32 array, shape (n_frames, n_nodes, 3)
+        Metres (where the file says no unit, as for a person of 1.7 m), Y up; empty for a signal.
+    values : float64 array, shape (n_frames, number of channels)
+        The channels of a signal; empty for a motion.
+    flights : float64 array, shape (n, 2)
+        Beginning and end of each flight, seconds.
+    """
+
+    what: Literal["clip", "reference"]
+    index: int
+    count: int
+    name: str
+    holds: Literal["motion", "signal"]
+    rate: float
+    n_frames: int
+    n_nodes: int
+    first_frame: int
+    start_time: float
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    positions: Float32s
+    values: Float64s
+    flights: Float64s
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The warp of a revision, and the ones that an animator has today.
+
+    A warp is linear between its knots: at output time t the output shows the input as it is at the interpolated input
+    time.
+
+    Attributes
+    ----------
+    revision : int
+        The document that it answers.
+    rate : float
+        Frames a second of the output.
+    n_output : int
+        Its frames.
+    method : str
+        How it was found.
+    analysis_rate : float
+        Of `costs`, Hz.
+    max_skip, upsample : int
+        As the search used them; 0 where there was none.
+    total, lower_bound : float, optional
+        The sum of the costs, and what no path undercuts.
+    optimal : bool
+        Whether the path is proved to be the best.
+    solve_ms : float
+        Time that the solver took.
+    key_output_times, key_input_times : float64 arrays, shape (n_keys,)
+        The keytimes that it meets, ends included.
+    output_times, input_times : float64 arrays, shape (n_knots,)
+        The warp's knots.
+    frame_times, frame_input_times, speeds : float64 arrays, shape (n_output,)
+        Output time of each frame, the input time that it shows, and its playback speed.
+    linear_output_times, linear_input_times : float64 arrays
+        Knots of the straight lines through the keytimes.
+    spline_output_times, spline_input_times : float64 arrays
+        Knots of the spline through the keytimes.
+    costs : float64 array
+        What the search paid for each output frame at the analysis rate; nan at the ends. Empty where there was none.
+    """
+
+    revision: int
+    rate: float
+    n_output: int
+    method: str
+    analysis_rate: float
+    max_skip: int
+    upsample: int
+    total: float | None
+    lower_bound: float | None
+    optimal: bool
+    solve_ms: float
+    key_output_times: Float64s
+    key_input_times: Float64s
+    output_times: Float64s
+    input_times: Float64s
+    frame_times: Float64s
+    frame_input_times: Float64s
+    speeds: Float64s
+    linear_output_times: Float64s
+    linear_input_times: Float64s
+    spline_output_times: Float64s
+    spline_input_times: Float64s
+    costs: Float64s
+
+
+BINDINGS = ("key", "tangent", "hold", "lock", "fastest", "slowest")
+"""The bits of `Why.binding`, the lowest first."""
+
+
+@dataclass(frozen=True, eq=False)
+class Why:
+    """Why the curve of a revision is as it is; sent after `Curve` when no newer document waits.
+
+    One row for each output frame at the analysis rate.
+
+    Attributes
+    ----------
+    revision : int
+        The document that it answers.
+    n_output, n_neighbors : int
+        Rows, and matched reference frames in each.
+    references : list of str
+        Names of the references; `matched` counts in them.
+    mirrored : list of bool
+        Whether each is a mirror image.
+    sources : list of int
+        For each the place in the document's references; -1 for the input itself.
+    output_times, input_times, speeds : float64 arrays, shape (n_output,)
+        Of the frame before smoothing.
+    scores : float64 array, shape (n_output,)
+        Mean distance to the matched reference frames; nan at the ends.
+    matched : int32 array, shape (n_output, n_neighbors)
+        Which reference each match is from, the nearest first; -1 at the ends.
+    matched_times : float64 array, shape (n_output, n_neighbors)
+        Its time there, seconds; nan at the ends.
+    binding : uint8 array, shape (n_output,)
+        What bound the frame, a bit for each word of `BINDINGS`.
+    """
+
+    revision: int
+    n_output: int
+    n_neighbors: int
+    references: tuple[str, ...]
+    mirrored: tuple[bool, ...]
+    sources: tuple[int, ...]
+    output_times: Float64s
+    input_times: Float64s
+    speeds: Float64s
+    scores: Float64s
+    matched: Int32s
+    matched_times: Float64s
+    binding: Bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """A warp that the document keeps for comparison; sent once for each id.
+
+    Attributes
+    ----------
+    id : str
+        As in the document.
+    output_times, input_times : float64 arrays, shape (n_knots,)
+        Its knots.
+    """
+
+    id: str
+    output_times: Float64s
+    input_times: Float64s
+
+
+FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, Browse)
+FROM_SERVER = (Welcome, State, Ack, Problem, Notice, Saved, Exported, Listing)
+FROM_SERVER_WITH_ARRAYS = (Clip, Curve, Why, Kept)
+
+PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | Browse
+ServerMessage = Welcome | State | Ack | Problem | Notice | Saved | Exported | Listing | Clip | Curve | Why | Kept
+
+
+def type_name(kind: type) -> str:
+    """Return the ``type`` of a message: its class's name in snake case."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
+
+
+_PAGE_KINDS: dict[str, type] = {type_name(kind): kind for kind in FROM_PAGE}
+
+
+def read_message(text: str | bytes) -> PageMessage:
+    """Read a message of the page's.
+
+    Raises
+    ------
+    FormatError
+        Not a message; says where and why.
+
+    Examples
+    --------
+    >>> read_message('{"type": "undo", "revision": 4}')
+    Undo(revision=4)
+    """
+    value = parse_json(text)
+    if not isinstance(value, dict) or not isinstance(value.get("type"), str):
+        raise FormatError('expected a message: a JSON object with a "type"')
+    name = value.pop("type")
+    if name not in _PAGE_KINDS:
+        raise FormatError(f"no message is called {json.dumps(name)[:60]}; there are {', '.join(_PAGE_KINDS)}")
+    message: PageMessage = from_value(_PAGE_KINDS[name], value, name)
+    return message
+
+
+def array_fields(kind: type) -> dict[str, str]:
+    """Return the fields of a message that are arrays, each with its dtype."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {name: get_args(hint)[1] for name, hint in hints.items() if get_origin(hint) is Annotated}
+
+
+def write_message(message: ServerMessage) -> str | bytes:
+    """Write a message of the server's: text, or bytes where it carries arrays."""
+    dtypes = array_fields(type(message))
+    plain: dict[str, Any] = {"type": type_name(type(message))}
+    plain |= {
+        field.name: to_value(getattr(message, field.name))
+        for field in dataclasses.fields(message)
+        if field.name not in dtypes
+    }
+    if not dtypes:
+        return json.dumps(plain, allow_nan=False, ensure_ascii=False)
+    arrays = {
+        name: np.ascontiguousarray(getattr(message, name), dtype=np.dtype(dtype)) for name, dtype in dtypes.items()
+    }
+    places, size = [], 0
+    for name, array in arrays.items():
+        places.append({"name": name, "dtype": dtypes[name], "shape": list(array.shape), "offset": size})
+        size += -(-array.nbytes // 8) * 8
+    header = json.dumps({**plain, "arrays": places}, allow_nan=False, ensure_ascii=False).encode()
+    header += b" " * (-(4 + len(header)) % 8)
+    parts = [struct.pack("<I", len(header)), header]
+    for array in arrays.values():
+        parts += [array.tobytes(), bytes(-array.nbytes % 8)]
+    return b"".join(parts)

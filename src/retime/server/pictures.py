@@ -1,0 +1,128 @@
+"""What the page draws, as messages: clips, curves, reasons."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retime.motion.kinematics import flights, global_poses, metres_per_unit
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.project.document import Document
+from retime.project.solve import Solution, Sources, ghosts
+from retime.server.messages import BINDINGS, Clip, Curve, Why
+from retime.warp.apply import output_frame_times
+
+
+def clip_messages(document: Document, sources: Sources) -> list[Clip]:
+    """Draw all clips and references of a document."""
+    first = sources.clips[0]
+    found = [_clip("clip", i, len(sources.clips), clip, 0.0) for i, clip in enumerate(sources.clips)]
+    for i, (file, reference) in enumerate(zip(document.references, sources.references, strict=True)):
+        clip = reference.clips[0]
+        start = (clip.first_frame - first.first_frame) / float(clip.rate) if file.path is None else 0.0
+        found.append(_clip("reference", i, len(sources.references), clip, start))
+    return found
+
+
+def _clip(what: str, index: int, count: int, clip: Motion | Signal, start: float) -> Clip:
+    names, parents = clip_nodes(clip)
+    positions, values = np.zeros((0, 0, 3)), np.zeros((0, 0))
+    airborne: list[tuple[int, int]] = []
+    if isinstance(clip, Motion):
+        poses = global_poses(clip)
+        positions = np.concatenate([poses.positions, poses.end_positions], axis=1)
+        positions *= metres_per_unit(clip)
+        airborne = flights(clip)
+    else:
+        values = clip.values
+    return Clip(
+        what="reference" if what == "reference" else "clip",
+        index=index,
+        count=count,
+        name=clip.name,
+        holds="motion" if isinstance(clip, Motion) else "signal",
+        rate=float(clip.rate),
+        n_frames=clip.n_frames,
+        n_nodes=len(parents),
+        first_frame=clip.first_frame,
+        start_time=start,
+        names=names,
+        parents=parents,
+        positions=positions.astype(np.float32),
+        values=values,
+        flights=np.array(airborne, dtype=np.float64).reshape(-1, 2) / float(clip.rate),
+    )
+
+
+def clip_nodes(clip: Motion | Signal) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Return names and parents of a motion's nodes, joints first and then end sites; of a signal its channels."""
+    if isinstance(clip, Signal):
+        return clip.names, ()
+    skeleton = clip.skeleton
+    ends = [site.parent for site in skeleton.end_sites]
+    names = (*skeleton.names, *(f"end of {skeleton.names[parent]}" for parent in ends))
+    return names, (*skeleton.parents, *ends)
+
+
+def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
+    """Draw a solution."""
+    warp, search = solution.warp, solution.search
+    rate = float(solution.sources.clips[0].rate)
+    times = output_frame_times(warp, rate)
+    linear, spline = ghosts(solution)
+    return Curve(
+        revision=revision,
+        rate=rate,
+        n_output=len(times),
+        method=solution.document.options.method,
+        analysis_rate=rate if search is None else search.rate,
+        max_skip=0 if search is None else search.max_skip,
+        upsample=0 if search is None else search.upsample,
+        total=None if search is None else search.total,
+        lower_bound=None if search is None else search.path.lower_bound,
+        optimal=search is not None and search.path.optimal,
+        solve_ms=solve_ms,
+        key_output_times=np.array([key.output_time for key in warp.keytimes]),
+        key_input_times=np.array([key.input_time for key in warp.keytimes]),
+        output_times=warp.output_times,
+        input_times=warp.input_times,
+        frame_times=times,
+        frame_input_times=warp(times),
+        speeds=warp.speed(times),
+        linear_output_times=linear.output_times,
+        linear_input_times=linear.input_times,
+        spline_output_times=spline.output_times,
+        spline_input_times=spline.input_times,
+        costs=np.zeros(0) if search is None else np.concatenate([[np.nan], search.path.scores, [np.nan]]),
+    )
+
+
+def why_message(revision: int, solution: Solution) -> Why | None:
+    """Explain a solution; nothing, where there was no search."""
+    if solution.search is None:
+        return None
+    reasons = solution.search.explain()
+    # Each reference is followed by its mirror image, where that was asked for.
+    sources, mirrored = [], []
+    for i, file in enumerate(solution.document.references):
+        sources += [i] * (1 + file.mirror)
+        mirrored += [False] + [True] * file.mirror
+    n_output, n_neighbors = reasons.references.shape
+    return Why(
+        revision=revision,
+        n_output=n_output,
+        n_neighbors=n_neighbors,
+        references=reasons.reference_names,
+        mirrored=tuple(mirrored or [False]),
+        sources=tuple(sources or [-1]),
+        output_times=reasons.output_times,
+        input_times=reasons.input_times,
+        speeds=reasons.speeds,
+        scores=reasons.scores,
+        matched=reasons.references.astype(np.int32),
+        matched_times=reasons.reference_times,
+        binding=np.array(
+            [sum(1 << BINDINGS.index(word) for word in words.split("+") if word) for words in reasons.binding],
+            dtype=np.uint8,
+        ),
+    )

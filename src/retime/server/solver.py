@@ -1,0 +1,74 @@
+"""One worker thread; of the documents that wait to be solved, only the latest is."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+Job = TypeVar("Job")
+
+
+class LatestOnly(Generic[Job]):
+    """Do jobs in a thread of their own: one at a time, and of those that come meanwhile only the last.
+
+    A key that is dragged asks for more solutions than can be found. What was asked for in between is of no use to
+    anyone, so no queue builds up: a job that was not begun is replaced by a newer one. Errands, which a person asked
+    for one by one, are all done, before the job that waits.
+
+    Parameters
+    ----------
+    work : function of a job
+        Called in the thread. It must not raise: what goes wrong is a result too.
+    name : str
+        Of the thread.
+    """
+
+    def __init__(self, work: Callable[[Job], None], *, name: str) -> None:
+        self._work = work
+        self._latest: Job | None = None
+        self._errands: deque[Callable[[], None]] = deque()
+        self._changed = threading.Condition()
+        self._open = True
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def submit(self, job: Job) -> None:
+        """Ask for a job; forget one that was not begun."""
+        with self._changed:
+            self._latest = job
+            self._changed.notify()
+
+    def add(self, errand: Callable[[], None]) -> None:
+        """Ask for something that is done in any case; it must not raise."""
+        with self._changed:
+            self._errands.append(errand)
+            self._changed.notify()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a job was asked for that is not begun."""
+        return self._latest is not None
+
+    def close(self) -> None:
+        """Begin nothing more, and wait for what is at work."""
+        with self._changed:
+            self._open = False
+            self._changed.notify()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                while self._open and self._latest is None and not self._errands:
+                    self._changed.wait()
+                if not self._open:
+                    return
+                errand = self._errands.popleft() if self._errands else None
+                if errand is None:
+                    job, self._latest = self._latest, None
+            if errand is not None:
+                errand()
+            elif job is not None:
+                self._work(job)

@@ -1,0 +1,72 @@
+"""`retime edit`, as a process: the address, the page's way in, and the end."""
+
+from __future__ import annotations
+
+import http.client
+import importlib.util
+import re
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import COMMAND
+
+pytestmark = pytest.mark.skipif(
+    importlib.util.find_spec("starlette") is None, reason="needs the extra edit: starlette is not installed"
+)
+
+
+@contextmanager
+def edited(*arguments: str | Path, folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Run `retime edit`, and give it with the address that it prints."""
+    process = subprocess.Popen(
+        [*COMMAND, "edit", *map(str, arguments), "--no-browser"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+    )
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        assert line.startswith("editing at http://127.0.0.1:"), line + process.communicate()[1]
+        yield process, line.split()[-1]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_it_prints_an_address_that_works_once_the_token_is_exchanged(clips, tmp_path) -> None:
+    with edited(clips.bvh, "--reference", clips.bvh, "--port", "0", folder=tmp_path) as (process, address):
+        host, path = re.fullmatch(r"http://([\d.]+:\d+)(/\?token=[\w-]+)", address).groups()
+        connection = http.client.HTTPConnection(host, timeout=30)
+        connection.request("GET", path)
+        answer = connection.getresponse()
+        answer.read()
+        assert (answer.status, answer.getheader("location")) == (303, "/")
+        cookie = answer.getheader("set-cookie").partition(";")[0]
+        connection.request("GET", "/health", headers={"Cookie": cookie})
+        assert connection.getresponse().read() == b"ok"
+        connection.close()
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=30) == ("", "")
+        assert process.returncode == 0
+
+
+def test_a_port_that_is_taken_is_told_in_a_line(clips, tmp_path, command) -> None:
+    with edited(clips.bvh, folder=tmp_path) as (_, address):
+        port = re.search(r":(\d+)/", address)[1]
+        done = command("edit", clips.bvh, "--port", port, "--no-browser")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "error: Address already in use\n"
+
+
+def test_it_says_which_extra_is_missing(run, clips, monkeypatch) -> None:
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "uvicorn" else find(name))
+    result = run("edit", clips.bvh, "--no-browser", code=1)
+    assert "uvicorn, which is not installed: pip install 'retime[edit]'" in result.stderr

@@ -1,0 +1,347 @@
+// The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
+// which tells what each of them means; a test compares. Times are seconds.
+
+export const VERSION = 1;
+
+/** The bits of Why.binding, the lowest first. */
+export const BINDINGS = ["key", "tangent", "hold", "lock", "fastest", "slowest"] as const;
+
+/** A clip of the document. */
+export interface ClipFile {
+  readonly path: string;
+  readonly role: "search" | "follow";
+  readonly first_frame: number | null;
+  readonly last_frame: number | null;
+  readonly fps: string | null;
+  readonly skeleton: string | null;
+}
+
+/** What the input is to move like. */
+export interface ReferenceFile {
+  readonly path: string | null;
+  readonly first_frame: number | null;
+  readonly last_frame: number | null;
+  readonly weight: number;
+  readonly mirror: boolean;
+  readonly fps: string | null;
+  readonly skeleton: string | null;
+  readonly joint_map: string | null;
+}
+
+/** A keytime. The clip's own ends need none. */
+export interface Key {
+  readonly id: string;
+  readonly input_time: number;
+  readonly output_time: number;
+  readonly speed: number | null;
+}
+
+/** A span of the input that plays at given speeds; from 0 to 1 it may be slowed down, but is not cut. */
+export interface LockedTime {
+  readonly id: string;
+  readonly start: number;
+  readonly end: number;
+  readonly slowest: number;
+  readonly fastest: number;
+}
+
+/** How the warp is found, and used; the names and defaults of `retime.guided_warp` and `retime warp`. */
+export interface Options {
+  readonly method: "guided" | "linear" | "spline";
+  readonly rate: string | null;
+  readonly max_skip: number | null;
+  readonly upsample: number | null;
+  readonly slowest: number | null;
+  readonly fastest: number | null;
+  readonly smoothness: number;
+  readonly smoothing: number | null;
+  readonly n_neighbors: number | null;
+  readonly time_scale: number | null;
+  readonly low_pass: number | null;
+  readonly features: "torso" | "heading" | "signal" | null;
+  readonly score: "joint" | "conditional";
+  readonly loop: boolean;
+  readonly average: boolean;
+}
+
+/** A warp kept for comparison. */
+export interface KeptWarp {
+  readonly id: string;
+  readonly name: string;
+}
+
+/** All that undo brings back. */
+export interface Document {
+  readonly clips: readonly ClipFile[];
+  readonly references: readonly ReferenceFile[];
+  readonly keys: readonly Key[];
+  readonly locks: readonly LockedTime[];
+  readonly length: string | null;
+  readonly min_length: string | null;
+  readonly max_length: string | null;
+  readonly free_weight: "neutral" | "sum";
+  readonly influence: number;
+  readonly options: Options;
+  readonly kept: readonly KeptWarp[];
+}
+
+// From the page to the server.
+
+/** The first message of a page. */
+export interface Hello {
+  readonly type: "hello";
+  readonly version: number;
+}
+
+/** A new document value. */
+export interface Edit {
+  readonly type: "edit";
+  readonly revision: number;
+  readonly gesture: string;
+  readonly done: boolean;
+  readonly label: string;
+  readonly document: Document;
+}
+
+/** Take back the last step. */
+export interface Undo {
+  readonly type: "undo";
+  readonly revision: number;
+}
+
+/** Do again what was taken back last. */
+export interface Redo {
+  readonly type: "redo";
+  readonly revision: number;
+}
+
+/** Keep the warp of the document as it is, to compare others with; an edit of the document. */
+export interface Keep {
+  readonly type: "keep";
+  readonly revision: number;
+  readonly name: string;
+}
+
+/** Save the project. */
+export interface Save {
+  readonly type: "save";
+  readonly path: string | null;
+  readonly overwrite: boolean;
+}
+
+/** Open a project, or a clip as a new document. What was not saved stays in the journal of its project. */
+export interface Open {
+  readonly type: "open";
+  readonly path: string;
+}
+
+/** Write what the document asks for to files. */
+export interface Export {
+  readonly type: "export";
+  readonly what: "motion" | "warp" | "picture";
+  readonly path: string;
+  readonly clip: number;
+  readonly overwrite: boolean;
+}
+
+/** Ask for the files of a folder that the page may open from and write to. */
+export interface Browse {
+  readonly type: "browse";
+  readonly folder: string | null;
+}
+
+export type PageMessage =
+  | Hello
+  | Edit
+  | Undo
+  | Redo
+  | Keep
+  | Save
+  | Open
+  | Export
+  | Browse;
+
+// From the server to the page.
+
+/** The answer to `Hello`. */
+export interface Welcome {
+  readonly type: "welcome";
+  readonly version: number;
+  readonly program: string;
+  readonly opens: readonly string[];
+}
+
+/** The document as it is now; everything up to its revision is on disk. */
+export interface State {
+  readonly type: "state";
+  readonly revision: number;
+  readonly document: Document;
+  readonly undo_label: string | null;
+  readonly redo_label: string | null;
+  readonly saved: boolean;
+  readonly recovered: boolean;
+  readonly path: string | null;
+}
+
+/** An edit of an unfinished gesture is on disk, and with it all before it. */
+export interface Ack {
+  readonly type: "ack";
+  readonly revision: number;
+}
+
+/** The document asks for what can't be done; the last good curve stays. */
+export interface Problem {
+  readonly type: "problem";
+  readonly revision: number;
+  readonly message: string;
+  readonly key: string | null;
+  readonly lock: string | null;
+}
+
+/** Words for the person. */
+export interface Notice {
+  readonly type: "notice";
+  readonly kind: "info" | "warning" | "error";
+  readonly text: string;
+}
+
+/** The project was saved. */
+export interface Saved {
+  readonly type: "saved";
+  readonly path: string;
+}
+
+/** An export was written. */
+export interface Exported {
+  readonly type: "exported";
+  readonly what: "motion" | "warp" | "picture";
+  readonly path: string;
+}
+
+/** The files of a folder that retime can open, and the folders in it. */
+export interface Listing {
+  readonly type: "listing";
+  readonly folder: string;
+  readonly parent: string | null;
+  readonly folders: readonly string[];
+  readonly files: readonly string[];
+}
+
+/** A clip, or a reference, as it is drawn. Sent before the first `State`, and again where files change. */
+export interface Clip {
+  readonly type: "clip";
+  readonly what: "clip" | "reference";
+  readonly index: number;
+  readonly count: number;
+  readonly name: string;
+  readonly holds: "motion" | "signal";
+  readonly rate: number;
+  readonly n_frames: number;
+  readonly n_nodes: number;
+  readonly first_frame: number;
+  readonly start_time: number;
+  readonly names: readonly string[];
+  readonly parents: readonly number[];
+  readonly positions: Float32Array;
+  readonly values: Float64Array;
+  readonly flights: Float64Array;
+}
+
+/** The warp of a revision, and the ones that an animator has today. */
+export interface Curve {
+  readonly type: "curve";
+  readonly revision: number;
+  readonly rate: number;
+  readonly n_output: number;
+  readonly method: string;
+  readonly analysis_rate: number;
+  readonly max_skip: number;
+  readonly upsample: number;
+  readonly total: number | null;
+  readonly lower_bound: number | null;
+  readonly optimal: boolean;
+  readonly solve_ms: number;
+  readonly key_output_times: Float64Array;
+  readonly key_input_times: Float64Array;
+  readonly output_times: Float64Array;
+  readonly input_times: Float64Array;
+  readonly frame_times: Float64Array;
+  readonly frame_input_times: Float64Array;
+  readonly speeds: Float64Array;
+  readonly linear_output_times: Float64Array;
+  readonly linear_input_times: Float64Array;
+  readonly spline_output_times: Float64Array;
+  readonly spline_input_times: Float64Array;
+  readonly costs: Float64Array;
+}
+
+/** Why the curve of a revision is as it is; sent after `Curve` when no newer document waits. */
+export interface Why {
+  readonly type: "why";
+  readonly revision: number;
+  readonly n_output: number;
+  readonly n_neighbors: number;
+  readonly references: readonly string[];
+  readonly mirrored: readonly boolean[];
+  readonly sources: readonly number[];
+  readonly output_times: Float64Array;
+  readonly input_times: Float64Array;
+  readonly speeds: Float64Array;
+  readonly scores: Float64Array;
+  readonly matched: Int32Array;
+  readonly matched_times: Float64Array;
+  readonly binding: Uint8Array;
+}
+
+/** A warp that the document keeps for comparison; sent once for each id. */
+export interface Kept {
+  readonly type: "kept";
+  readonly id: string;
+  readonly output_times: Float64Array;
+  readonly input_times: Float64Array;
+}
+
+export type TextMessage =
+  | Welcome
+  | State
+  | Ack
+  | Problem
+  | Notice
+  | Saved
+  | Exported
+  | Listing;
+
+/** Travels as one binary frame. */
+export type ArrayMessage =
+  | Clip
+  | Curve
+  | Why
+  | Kept;
+
+export type ServerMessage = TextMessage | ArrayMessage;
+
+interface ArrayPlace {
+  readonly name: string;
+  readonly dtype: keyof typeof ARRAY_TYPES;
+  readonly shape: readonly number[];
+  readonly offset: number;
+}
+
+const ARRAY_TYPES = {
+  "<f8": Float64Array,
+  "<f4": Float32Array,
+  "<i4": Int32Array,
+  "|u1": Uint8Array,
+} as const;
+
+/** Read a binary frame: its arrays are views of the frame's own bytes. */
+export function readArrays(frame: ArrayBuffer): ArrayMessage {
+  const headerBytes = new DataView(frame).getUint32(0, true);
+  const text = new TextDecoder().decode(new Uint8Array(frame, 4, headerBytes));
+  const { arrays, ...message } = JSON.parse(text) as { arrays: ArrayPlace[] } & Record<string, unknown>;
+  for (const { name, dtype, shape, offset } of arrays) {
+    const length = shape.reduce((product, size) => product * size, 1);
+    message[name] = new ARRAY_TYPES[dtype](frame, 4 + headerBytes + offset, length);
+  }
+  return message as unknown as ArrayMessage;
+}
