@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import retime
 from retime.errors import OptionError
 from retime.motion import rotation
 from retime.motion.motion import Motion
@@ -37,7 +38,17 @@ def test_torso_features_don_t_see_where_the_body_is_or_how_it_is_turned() -> Non
     elsewhere = moved(motion, any_turns(30, 2), shifts)
     np.testing.assert_allclose(pose_vectors(elsewhere, "torso"), pose_vectors(motion, "torso"), rtol=0, atol=1e-12)
     assert pose_vectors(motion, "torso").shape == (30, 9)
-    assert np.array_equal(pose_vectors(motion), pose_vectors(motion, "torso"))
+
+
+def test_without_a_choice_a_figure_that_stands_up_has_its_heading_and_any_other_its_torso() -> None:
+    upright = retime.sample().frames(0, 60)
+    assert np.array_equal(pose_vectors(upright), pose_vectors(upright, "heading"))
+    # A Z-up file, or a figure on the floor: nothing is known of what is up.
+    for turn in (rotation.about_axis(0, np.pi / 2), rotation.about_axis(2, np.pi / 2)):
+        lying = moved(upright, turn, np.zeros(3))
+        assert np.array_equal(pose_vectors(lying), pose_vectors(lying, "torso"))
+    point = Motion(Skeleton(("point",), (-1,), np.zeros((1, 3))), rotation.identity(9, 1))
+    assert pose_vectors(point).shape == (9, 3)
 
 
 def test_torso_features_are_joint_positions_seen_from_the_root() -> None:

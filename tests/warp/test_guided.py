@@ -63,6 +63,8 @@ def test_a_warped_copy_of_the_reference_is_warped_back(score: str, rates: tuple[
         reference=reference,
         length=f"{round(end * input_rate) + 1}f",
         score=score,
+        # Its swings are short.
+        time_scale=0.1,
         low_pass=0,
         upsample=12,
         max_skip=26,

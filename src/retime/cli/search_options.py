@@ -61,7 +61,7 @@ _OPTIONS = (
         section="Method",
         metavar="S",
         type=click.FloatRange(min=0),
-        default_text="0.1",
+        default_text="0.2",
         help="How much velocity and acceleration weigh against pose, seconds.",
     ),
     click.option(
@@ -79,7 +79,7 @@ _OPTIONS = (
         section="Method",
         metavar="NAME",
         type=click.Choice(["torso", "heading", "signal"]),
-        default_text="torso for a motion, signal for a signal",
+        default_text="heading (torso where Y is not up), or signal",
         help="What a pose is. torso, heading: joints in that space. signal: the channels.",
     ),
     click.option(

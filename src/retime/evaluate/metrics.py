@@ -26,7 +26,7 @@ from retime.warp.apply import output_frame_times
 from retime.warp.curve import Keytime, Warp
 from retime.warp.features import PoseOptions, timing_features
 from retime.warp.reference import Reference, model_poses
-from retime.warp.session import GuidedWarp
+from retime.warp.session import DEFAULT_TIME_SCALE, GuidedWarp
 
 Spans = Sequence[tuple[float, float]]
 """Stretches of a clip: start and end, seconds."""
@@ -300,7 +300,7 @@ def timing_distance(
     *,
     features: str | PoseOptions | None = None,
     rate: float = ANALYSIS_RATE,
-    time_scale: float = 0.1,
+    time_scale: float = DEFAULT_TIME_SCALE,
     low_pass: float = 4.0,
     n_neighbors: int = 3,
 ) -> float:

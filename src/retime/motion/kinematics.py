@@ -120,6 +120,27 @@ def heading_positions(poses: GlobalPoses) -> FloatArray:
     return rotation.rotate(turn, poses.positions - ground)
 
 
+# Of the longest extent: a person who stands has 1 of it, one who lies a fifth, a dog on its feet two thirds.
+_LEAST_RISE = 0.5
+
+
+def rises_along_y(motion: Motion) -> bool:
+    """Tell whether Y can be up: whether the figure is not flat along it, in most of the clip.
+
+    What stands along another axis (a Z-up file), or lies down all the time, is flat; a single joint is not.
+
+    Examples
+    --------
+    >>> import retime
+    >>> rises_along_y(retime.sample())
+    True
+    """
+    every = max(1, motion.n_frames // 64)
+    some = Motion(motion.skeleton, motion.rotations[::every], motion.local_translations[::every])
+    extents = np.ptp(global_poses(some).positions, axis=1)
+    return bool(np.median(extents[:, 1] - _LEAST_RISE * extents.max(axis=1)) >= 0)
+
+
 GRAVITY = 9.81
 """Metres per second squared."""
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from retime.errors import OptionError
 from retime.motion.joint_names import near_names
-from retime.motion.kinematics import GlobalPoses, global_poses, heading_positions, torso_positions
+from retime.motion.kinematics import GlobalPoses, global_poses, heading_positions, rises_along_y, torso_positions
 from retime.motion.motion import Motion, frame_positions
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
@@ -34,7 +34,8 @@ class PoseOptions:
     space : {"torso", "heading", "signal"}, optional
         ``torso``: positions of all joints but the root in the root's space (the paper's). ``heading``: positions of
         all joints with ground position and turn removed, height and tilt kept. ``signal``: the channels themselves.
-        Left out: ``torso`` for a motion, ``signal`` for a signal.
+        Left out: ``heading`` for a motion whose figure rises along Y (`retime.motion.kinematics.rises_along_y`),
+        ``torso`` for any other, ``signal`` for a signal. docs/study tells why.
     joints : sequence of str, optional
         Joints (or channels) that count; of a repeated name every joint. Left out: all.
     weights : mapping of str to float
@@ -128,7 +129,7 @@ def pose_space(motion: Motion | Signal, options: PoseOptions) -> str:
         raise OptionError(
             f"{where} has a skeleton, and joints have weights, not scales: found one of {', '.join(options.scales)}"
         )
-    return options.space or "torso"
+    return options.space or ("heading" if rises_along_y(motion) else "torso")
 
 
 def space_joints(motion: Motion, space: str) -> list[int]:

@@ -108,7 +108,7 @@ def guided_warp(
     low_pass : float
         Cutoff in Hz of the filter that the analysis (never the output) looks through; 0 is off.
     features : {"torso", "heading", "signal"} or PoseOptions, optional
-        Pose space, chosen joints and their weights.
+        Pose space, chosen joints and their weights; see `PoseOptions`.
     score : {"joint", "conditional"}
         The paper's Eq. 2, or how the reference moves where its pose is like this.
     smoothing : int
