@@ -35,7 +35,8 @@ One object on one line. Without a search (`--method linear` or `spline`) its num
 | `total` | the sum of the path's costs: its local scores, and charges for changes of speed where asked for |
 | `lower_bound`, `optimal` | no path totals less than the bound; whether the path is proved to be the best |
 | `excess` | of `--search heuristic` only, else null: by what share the total exceeds the optimum |
-| `path` | the selected frames, from 0 to `n_input` - 1; `upsample` of them make one analysis period |
+| `upsamples` | for each span between keytimes the frames offered per analysis period; `upsample` is the most of them |
+| `path` | the selected frames, from 0 to `n_input` - 1; `upsamples` of them make one analysis period |
 | `seconds` | time that each stage took |
 | `output`, `warp`, `plot`, `explain` | the files written; null where none was asked for |
 | `also` | the other clips' files |

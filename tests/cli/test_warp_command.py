@@ -63,6 +63,7 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
         "n_neighbors": 3,
         "rate": 30.0,
         "upsample": 1,
+        "upsamples": [1],
         "optimal": True,
         "excess": None,
         "output": "out.bvh",

@@ -11,7 +11,7 @@ import numpy as np
 
 from retime.warp.control import Lock
 from retime.warp.keytimes import Reduction
-from tests.reference.paths import Frames, every_path
+from tests.reference.paths import Frames
 
 # A fixed speed is played by a step within 3 % of it.
 NEAR = 0.03
@@ -29,17 +29,36 @@ class Wishes:
 
 def paths(reduction: Reduction, max_skip: int, wishes: Wishes, lengths: Sequence[int]) -> Iterator[Frames]:
     """Yield every path of the given numbers of frames that meets the keytimes and obeys the wishes."""
-    inner = dict(zip(reduction.positions[:-1], reduction.frames[:-1], strict=True))
-    for n_output in lengths:
-        for path in every_path(reduction.n_input, n_output, max_skip, inner):
-            if obeys(path, reduction, max_skip, wishes):
+    places = dict(zip(reduction.frames, reduction.positions, strict=True))
+    last = reduction.n_input - 1
+    del places[last]
+
+    def extend(path: Frames) -> Iterator[Frames]:
+        here = path[-1]
+        if here == last:
+            if len(path) in lengths:
                 yield path
+            return
+        if here in places and places[here] != len(path) - 1:
+            return
+        for step in range(1, max_skip + 1):
+            if here + step > last:
+                return
+            yield from extend((*path, here + step))
+            if here + step in places:
+                return
+
+    for path in extend((0,)):
+        if obeys(path, reduction, max_skip, wishes):
+            yield path
 
 
 def obeys(path: Frames, reduction: Reduction, max_skip: int, wishes: Wishes) -> bool:
-    steps = list(itertools.pairwise(path))
     if not set(reduction.frames) <= set(path):
         return False
+    if wishes == Wishes() and all(key.speed is None for key in reduction.keytimes):
+        return True
+    steps = list(itertools.pairwise(path))
     for step in steps:
         if not holds(reduction, step) and not (
             wishes.slowest - CLOSE <= speed(reduction, step) <= wishes.fastest + CLOSE
@@ -56,22 +75,30 @@ def obeys(path: Frames, reduction: Reduction, max_skip: int, wishes: Wishes) -> 
             if key.speed is not None and frame in step and not holds(reduction, step):
                 if abs(speed(reduction, step) - key.speed) > NEAR * key.speed + CLOSE:
                     return False
-                if (step[1] - step[0]) != max(1, round(key.speed * reduction.upsample)):
+                if (step[1] - step[0]) != max(1, round(key.speed * upsample(reduction, step))):
                     return False
     return True
 
 
 def holds(reduction: Reduction, step: tuple[int, int]) -> bool:
-    return bool(reduction.input_times[step[0]] == reduction.input_times[step[1]])
+    return reduction.still[span_of(reduction, step)]
 
 
 def speed(reduction: Reduction, step: tuple[int, int]) -> float:
-    return (step[1] - step[0]) / reduction.upsample
+    return (step[1] - step[0]) / upsample(reduction, step)
+
+
+def upsample(reduction: Reduction, step: tuple[int, int]) -> int:
+    return reduction.upsamples[span_of(reduction, step)]
+
+
+def span_of(reduction: Reduction, step: tuple[int, int]) -> int:
+    return sum(frame <= step[0] for frame in reduction.frames) - 1
 
 
 def plays(reduction: Reduction, step: tuple[int, int], lock: Lock) -> bool:
     if lock.slowest == lock.fastest:
-        return step[1] - step[0] == max(1, round(lock.fastest * reduction.upsample))
+        return step[1] - step[0] == max(1, round(lock.fastest * upsample(reduction, step)))
     return lock.slowest - CLOSE <= speed(reduction, step) <= lock.fastest + CLOSE
 
 
@@ -79,7 +106,7 @@ def locked_frames(reduction: Reduction, max_skip: int, locks: Sequence[Lock]) ->
     """Find the frames at which locks begin and end: from the nearest to a whole number of steps, in each span."""
     found = []
     for (f0, k0), (f1, k1) in itertools.pairwise(zip(reduction.frames, reduction.keytimes, strict=True)):
-        if reduction.input_times[f0] == reduction.input_times[f1]:
+        if holds(reduction, (f0, f1)):
             continue
         shown = []
         for lock in locks:
@@ -87,7 +114,11 @@ def locked_frames(reduction: Reduction, max_skip: int, locks: Sequence[Lock]) ->
             high = min(lock.end, max(k0.input_time, k1.input_time))
             if high - low < 1e-8:
                 continue
-            times = reduction.input_times[f0 : f1 + 1]
+            times = reduction.input_times[f0 : f1 + 1].copy()
+            # Each span has its keytimes on its own grid.
+            grid = reduction.rate * upsample(reduction, (f0, f1))
+            for i, key in ((0, k0), (-1, k1)):
+                times[i] = math.floor(key.input_time * grid + 0.5 + CLOSE) / grid
             ends = sorted(f0 + int(np.argmin(np.abs(times - time))) for time in (low, high))
             if ends[0] < f1:
                 shown.append((*ends, lock))
@@ -101,9 +132,9 @@ def locked_frames(reduction: Reduction, max_skip: int, locks: Sequence[Lock]) ->
                         for b in range(1, max_skip + 1)
                         if frame + b <= room and plays(reduction, (frame, frame + b), lock)
                     }
-            able.discard(first)
-            if able:
-                found.append((first, min(able, key=lambda frame: (abs(frame - last), -frame)), lock))
+            nearest = min(able, key=lambda frame: (abs(frame - last), -frame))
+            if nearest > first:
+                found.append((first, nearest, lock))
     return found
 
 
@@ -116,12 +147,12 @@ def cost(
     neutral: bool = False,
 ) -> float:
     """Add up the scores, the charges for changes of speed, and weight them where a free length is neutral."""
-    median = float(np.median(scores[np.isfinite(scores)]))
     total = 0.0
     for before, after in itertools.pairwise(itertools.pairwise(path)):
         (i, j), (_, k) = before, after
         paid = float(scores[j, j - i - 1, k - j - 1])
-        if not holds(reduction, before) and not holds(reduction, after):
-            paid += smoothness * median * math.log((k - j) / (j - i)) ** 2
-        total += paid * (math.sqrt((k - i) / 2 / reduction.upsample) if neutral else 1.0)
+        if smoothness and not holds(reduction, before) and not holds(reduction, after):
+            change = math.log(speed(reduction, after) / speed(reduction, before))
+            paid += smoothness * float(np.median(scores[np.isfinite(scores)])) * change**2
+        total += paid * (math.sqrt((speed(reduction, before) + speed(reduction, after)) / 2) if neutral else 1.0)
     return total

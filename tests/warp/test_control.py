@@ -23,6 +23,7 @@ from retime.warp.keytimes import Reduction, reduce_to_compression
 from retime.warp.path import SEARCHES, FramePath, shortest_path
 from retime.warp.session import Session
 from tests.reference import wishes as literal
+from tests.reference.paths import every_path
 from tests.reference.wishes import Wishes
 
 RATE = 30.0
@@ -43,19 +44,23 @@ def random_problem(rng: np.random.Generator, *, what: Sequence[str], most: int =
 
     Most wishes are taken from a path that was drawn first, so that many problems have an answer.
     """
-    upsample, max_skip = int(rng.integers(1, 4)), int(rng.integers(2, 5))
-    grid = RATE * upsample
-    spans = []
+    max_skip = int(rng.integers(2, 5))
+    finest = int(rng.integers(1, 4))
+    spans, upsamples = [], []
     while not spans or rng.random() < 0.5:
         steps = rng.integers(1, max_skip + 1, rng.integers(1, 6))
         if rng.random() < 0.5:
             steps[:] = steps[0]
         spans.append(steps * rng.choice([1, 1, 1, 0, -1]))
+        upsamples.append(finest if rng.random() < 0.7 else int(rng.integers(1, 4)))
     while len(spans) > 1 and sum(max(abs(steps.sum()), len(steps)) for steps in spans) > most:
         spans.pop()
     spans[0] = spans[0][: max(1, most // max_skip)]
-    path = np.cumsum(np.concatenate([[0], *spans]))
+    upsamples = upsamples[: len(spans)]
+    # In sixths of an analysis period, so that every grid's places are whole.
+    path = np.cumsum(np.concatenate([[0], *(6 // n * steps for n, steps in zip(upsamples, spans, strict=True))]))
     path -= path.min()
+    grid = 6 * RATE
     positions = np.cumsum([0, *(len(steps) for steps in spans)])
 
     def near(place: float, hertz: float) -> float:
@@ -64,21 +69,21 @@ def random_problem(rng: np.random.Generator, *, what: Sequence[str], most: int =
     # Equal places are a hold only where the times are equal.
     times = {int(place): near(place, grid) for place in path[positions]}
     duration = max([*times.values(), path.max() / grid])
-    moves = np.abs(np.diff(path)) / upsample
+    moves = np.abs(np.diff(path)) / 6
 
     def tangent(position: int) -> float | None:
         beside = {float(move) for move in moves[max(0, position - 1) : position + 1] if move}
         if "tangents" not in what or rng.random() < 0.4 or not beside:
             return None
         if rng.random() < 0.2:
-            return float(rng.integers(1, max_skip + 1) / upsample)
+            return float(rng.integers(1, max_skip + 1) / finest)
         return beside.pop() if len(beside) == 1 else None
 
     keytimes = [
         Keytime(near(position, RATE) if position else 0.0, times[int(path[position])], tangent(int(position)))
         for position in positions
     ]
-    reduction = reduce_to_compression(keytimes, duration, rate=RATE, upsample=upsample)
+    reduction = reduce_to_compression(keytimes, duration, rate=RATE, upsample=upsamples)
     locks = []
     for _ in range(rng.integers(1, 3) if "locks" in what else 0):
         first, last = np.sort(rng.integers(0, len(path), 2))
@@ -86,12 +91,12 @@ def random_problem(rng: np.random.Generator, *, what: Sequence[str], most: int =
         if len(some) and some.all() and rng.random() < 0.6 and path[first] != path[last]:
             speeds = (some.min(), some.max())
         else:
-            speeds = [(1.0, 1.0), (0.0, 1.0), (1 / upsample, 2.0)][rng.integers(3)]
+            speeds = [(1.0, 1.0), (0.0, 1.0), (1 / finest, 2.0)][rng.integers(3)]
         start, end = sorted((near(path[first], grid), near(path[last] + 1e-3, grid)))
         locks.append(Lock(float(start), float(end) + 1e-3, float(speeds[0]), float(speeds[1])))
     limits = (0.0, math.inf)
     if "limits" in what:
-        low, high = min(moves[moves > 0], default=1.0), max(moves.max(), 1 / upsample)
+        low, high = min(moves[moves > 0], default=1.0), max(moves.max(), 1 / finest)
         limits = [(low, high), (0.0, high), (low, math.inf), (0.0, 1.0)][rng.integers(4)]
     shape = (reduction.n_input, max_skip, max_skip)
     scores = rng.random(shape) if rng.random() < 0.7 else rng.integers(0, 4, shape) * 0.5
@@ -109,7 +114,7 @@ def solved(problem: Problem, kernels: Backend, search: str) -> tuple[FramePath, 
     )
     control.check_counts(reduction, allowed)
     scores = problem.scores.copy()
-    control.add_smoothness(scores, problem.smoothness, reduction.held)
+    control.add_smoothness(scores, problem.smoothness, reduction)
     control.forbid(scores, allowed)
     start, end = control.end_costs(allowed)
     path = shortest_path(
@@ -183,7 +188,7 @@ def test_a_step_is_allowed_exactly_where_some_path_of_some_length_may_take_it(wh
         used = np.zeros_like(allowed)
         counts = set()
         for n_output in range(2, reduction.n_input + 1):
-            for path in literal.every_path(reduction.n_input, n_output, problem.max_skip):
+            for path in every_path(reduction.n_input, n_output, problem.max_skip):
                 if literal.obeys(path, reduction, problem.max_skip, wishes):
                     counts.add(n_output - 1)
                     for a, b in itertools.pairwise(path):
@@ -308,9 +313,10 @@ def test_more_smoothness_changes_speed_less() -> None:
 
 
 def test_smoothness_does_not_charge_for_keytimes_that_hold() -> None:
-    held = np.array([False, True, True, False, False])
+    keys = [Keytime(0, 0), Keytime(1 / 30, 1 / 30), Keytime(3 / 30, 1 / 30), Keytime(4 / 30, 2 / 30)]
+    reduction = reduce_to_compression(keys, 2 / 30, rate=30)
     scores = np.ones((5, 2, 2))
-    control.add_smoothness(scores, 1.0, held)
+    control.add_smoothness(scores, 1.0, reduction)
     charged = scores[:, 0, 1] > 1
     # Middle frames into, inside and out of the hold go free.
     assert charged.tolist() == [True, False, False, False, True]

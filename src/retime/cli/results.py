@@ -238,6 +238,7 @@ def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[
         "n_neighbors": None if search is None else search.n_neighbors,
         "rate": None if search is None else search.rate,
         "upsample": None if search is None else search.upsample,
+        "upsamples": None if search is None else list(search.reduction.upsamples),
         "total": None if search is None else search.total,
         "lower_bound": None if search is None else search.path.lower_bound,
         "optimal": None if search is None else search.path.optimal,

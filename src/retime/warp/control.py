@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,8 @@ from retime.warp.curve import Keytime
 from retime.warp.keytimes import Reduction, nearest_frame
 
 BoolArray = NDArray[np.bool_]
+# Whether all keytimes can be met, given an upsampling (of all spans or of each) and max_skip.
+Fits = Callable[[int | tuple[int, ...], int], bool]
 
 MAX_UPSAMPLE = 24
 # The kernels keep a step in a byte.
@@ -99,7 +101,7 @@ def upsample_for(
     Raises
     ------
     OptionError
-        No upsampling up to 24 plays them all; names one that it can't.
+        No upsampling plays them all; names one that can't be played.
     """
     fixed = [lock.fastest for lock in locks if lock.fixed] + [abs(speed) for speed in tangents]
     ranges = [(lock.slowest, lock.fastest) for lock in locks if not lock.fixed] + [(slowest, fastest)]
@@ -112,7 +114,9 @@ def upsample_for(
         low = slowest == 0 or steps[0] <= 1.05 * slowest * upsample
         return low and (fastest == math.inf or 0.95 * fastest * upsample <= steps[-1] <= 64)
 
-    able = [upsample for upsample in range(least, max(least, MAX_UPSAMPLE) + 1) if plays(upsample)]
+    # A long result asks for more than 24 by itself.
+    most = MAX_UPSAMPLE if least <= MAX_UPSAMPLE // 2 else 2 * least
+    able = [upsample for upsample in range(least, most + 1) if plays(upsample)]
     for upsample in able:
         if near_limits(upsample):
             return upsample
@@ -120,15 +124,13 @@ def upsample_for(
         return able[0]
     for speed in fixed:
         if not any(_fixed_step(speed, upsample) for upsample in range(1, MAX_UPSAMPLE + 1)):
-            raise OptionError(
-                f"a speed of {speed:g} is beyond what can be played, 1/{MAX_UPSAMPLE} to {MAX_STEP / MAX_UPSAMPLE:.3g}"
-            )
+            raise OptionError(f"a speed of {speed:g} is beyond what can be played, 1/{MAX_UPSAMPLE} to {MAX_STEP}")
     for low, high in ranges:
         if not any(_steps(low, high, upsample) for upsample in range(1, MAX_UPSAMPLE + 1)):
             raise OptionError(f"no step plays between {low:g} and {high:g} times the speed: widen that range")
     wanted = [*(f"{speed:g}" for speed in fixed), *(f"{low:g} to {high:g}" for low, high in ranges if high < math.inf)]
     raise OptionError(
-        f"no upsampling from {least} to {MAX_UPSAMPLE} plays all of the wanted speeds {', '.join(wanted)}: choose "
+        f"no upsampling from {least} to {most} plays all of the wanted speeds {', '.join(wanted)}: choose "
         "fractions with a common denominator"
     )
 
@@ -210,11 +212,11 @@ def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Se
     for span in range(len(reduction.keytimes) - 1):
         shown = [(*place, i) for i, lock in enumerate(locks) if (place := _place_in_span(reduction, span, lock))]
         for first, last, i in sorted(shown):
-            steps = _lock_steps(locks[i], reduction.upsample, max_skip)
+            steps = _lock_steps(locks[i], reduction.upsamples[span], max_skip)
             # Rounding up to whole steps must not run into the lock that follows.
             room = min((other for other, *_ in shown if other >= last), default=reduction.frames[span + 1]) - first
-            lengths = [length for length in range(1, room + 1) if _composes(length, steps)]
-            nearest = min(lengths, key=lambda length: (abs(first + length - last), -length), default=0)
+            lengths = [length for length in range(room + 1) if _composes(length, steps)]
+            nearest = min(lengths, key=lambda length: (abs(first + length - last), -length))
             places[i].append(nearest)
             if nearest:
                 bound.append(LockedSpan(first, first + nearest, steps, locks[i].fastest if locks[i].fixed else None))
@@ -238,11 +240,12 @@ def _check_lock(lock: Lock, reduction: Reduction, max_skip: int, duration: float
                 f"the lock {lock} holds the hold at input time {before.input_time:g} s: end one lock there, and begin "
                 "another"
             )
-    if not _lock_steps(lock, reduction.upsample, max_skip):
-        raise OptionError(
-            f"the lock {lock} asks for speeds that upsample={reduction.upsample} and max_skip={max_skip} can't play "
-            f"({_playable(reduction.upsample, max_skip)})"
-        )
+    for span, upsample in enumerate(reduction.upsamples):
+        if _place_in_span(reduction, span, lock) and not _lock_steps(lock, upsample, max_skip):
+            raise OptionError(
+                f"the lock {lock} asks for speeds that upsample={upsample} and max_skip={max_skip} can't play "
+                f"({_playable(upsample, max_skip)})"
+            )
 
 
 def _playable(upsample: int, max_skip: int) -> str:
@@ -257,7 +260,7 @@ def _place_in_span(reduction: Reduction, span: int, lock: Lock) -> tuple[int, in
     begin, stop = reduction.frames[span], reduction.frames[span + 1]
     if high - low <= 1e-9 or reduction.held[begin]:
         return None
-    grid = reduction.rate * reduction.upsample
+    grid = reduction.rate * reduction.upsamples[span]
     origin = nearest_frame(before * grid)
     ends = sorted(begin + abs(nearest_frame(time * grid) - origin) for time in (low, high))
     first, last = (min(max(frame, begin), stop) for frame in ends)
@@ -297,21 +300,23 @@ def allowed_steps(
     OptionError
         A speed that no step has at this upsampling, or that `max_skip` or the speed limits forbid.
     """
-    n_input, upsample = reduction.n_input, reduction.upsample
+    n_input = reduction.n_input
     frames = np.array(reduction.frames)
     steps = np.arange(1, max_skip + 1)
     start = np.arange(n_input)[:, None]
     stops = start + steps
     following = frames[np.minimum(np.searchsorted(frames, np.arange(n_input), side="right"), len(frames) - 1)]
     allowed: BoolArray = stops <= following[:, None]
-    held = reduction.held
-    general = np.isin(steps, list(_steps(slowest, fastest, upsample, max_skip)))
-    if not general.any():
-        raise OptionError(
-            f"no step plays between {slowest:g} and {fastest:g} times the speed with upsample={upsample} and "
-            f"max_skip={max_skip} ({_playable(upsample, max_skip)}): raise them"
-        )
-    allowed &= general | held[:, None]
+    held, upsample_at = reduction.held, reduction.upsample_at
+    for first, last, still, upsample in _spans(reduction):
+        general = np.isin(steps, list(_steps(slowest, fastest, upsample, max_skip)))
+        if not general.any():
+            raise OptionError(
+                f"no step plays between {slowest:g} and {fastest:g} times the speed with upsample={upsample} and "
+                f"max_skip={max_skip} ({_playable(upsample, max_skip)}): raise them"
+            )
+        if not still:
+            allowed[first:last] &= general
 
     for span in locked:
         first, last = span.first, span.last
@@ -322,15 +327,15 @@ def allowed_steps(
     for key, frame in zip(reduction.keytimes, reduction.frames, strict=True):
         if key.speed is None:
             continue
-        step = _tangent_step(key, reduction, max_skip, slowest, fastest)
-        other = steps != step
-        if not held[frame]:
-            allowed[frame, other] = False
-        for b in steps[other & (steps <= frame)]:
-            if not held[frame - b]:
-                allowed[frame - b, b - 1] = False
-        moving = [not held[place] for place in (frame - 1, frame) if 0 <= place < n_input - 1]
-        if not any(moving):
+        moving = [place for place in (frame - 1, frame) if 0 <= place < n_input - 1 and not held[place]]
+        for place in moving:
+            other = steps != _tangent_step(key, int(upsample_at[place]), max_skip, slowest, fastest)
+            if place == frame:
+                allowed[frame, other] = False
+            else:
+                earlier = steps[other & (steps <= frame)]
+                allowed[frame - earlier, earlier - 1] = False
+        if not moving:
             raise OptionError(
                 f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, but the pose is held "
                 "before and after it"
@@ -338,17 +343,21 @@ def allowed_steps(
     return allowed
 
 
-def _tangent_step(key: Keytime, reduction: Reduction, max_skip: int, slowest: float, fastest: float) -> int:
+def _spans(reduction: Reduction) -> Iterator[tuple[int, int, bool, int]]:
+    """First and last unrolled frame of each span, whether it is still, and its upsampling."""
+    return zip(reduction.frames[:-1], reduction.frames[1:], reduction.still, reduction.upsamples, strict=True)
+
+
+def _tangent_step(key: Keytime, upsample: int, max_skip: int, slowest: float, fastest: float) -> int:
     """Return the step that plays a tangent."""
     assert key.speed is not None
     asks = f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, which"
     if not slowest - 1e-9 <= abs(key.speed) <= fastest + 1e-9:
         raise OptionError(f"{asks} the speed limits {slowest:g} to {fastest:g} forbid")
-    step = _fixed_step(abs(key.speed), reduction.upsample, max_skip)
+    step = _fixed_step(abs(key.speed), upsample, max_skip)
     if step is None:
         raise OptionError(
-            f"{asks} upsample={reduction.upsample} and max_skip={max_skip} can't play "
-            f"({_playable(reduction.upsample, max_skip)})"
+            f"{asks} upsample={upsample} and max_skip={max_skip} can't play ({_playable(upsample, max_skip)})"
         )
     return step
 
@@ -392,14 +401,18 @@ def kept_speeds(
     before, after = path[:-1], path[1:]
     steps = after - before
     speeds = np.full(len(steps), np.nan)
-    limits = _steps(slowest, fastest, reduction.upsample)
-    bound = ((steps == limits[0]) & (slowest > 0)) | ((steps == limits[-1]) & (fastest < math.inf))
+    upsample_at = reduction.upsample_at[before]
+    bound = np.zeros(len(steps), dtype=bool)
+    for upsample in set(reduction.upsamples):
+        limits = _steps(slowest, fastest, upsample)
+        at_limit = ((steps == limits[0]) & (slowest > 0)) | ((steps == limits[-1]) & (fastest < math.inf))
+        bound |= (upsample_at == upsample) & at_limit
     if loop:
         bound[[0, -1]] = True
     for span in locked:
         inside = (before >= span.first) & (after <= span.last)
         bound |= inside & ((steps == span.steps[0]) | (steps == span.steps[-1]))
-    speeds[bound] = steps[bound] / reduction.upsample
+    speeds[bound] = steps[bound] / upsample_at[bound]
     for span in locked:
         if span.speed is not None:
             speeds[(before >= span.first) & (after <= span.last)] = span.speed
@@ -443,7 +456,7 @@ def check_counts(
     *,
     n_output: tuple[int, int] | None = None,
     wishes: str = "",
-    fits: Callable[[int, int], bool] | None = None,
+    fits: Fits | None = None,
 ) -> None:
     """Refuse keytimes between which no number of allowed steps fits.
 
@@ -529,10 +542,14 @@ def _infeasible(
     wanted: tuple[int, int],
     possible: _StepCounts,
     wishes: str,
-    fits: Callable[[int, int], bool] | None,
+    fits: Fits | None,
 ) -> InfeasibleWarpError:
     before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
-    length, upsample, rate = reduction.frames[span + 1] - reduction.frames[span], reduction.upsample, reduction.rate
+    length, upsample, rate = (
+        reduction.frames[span + 1] - reduction.frames[span],
+        reduction.upsamples[span],
+        reduction.rate,
+    )
 
     def frames(steps: int) -> str:
         return f"{steps + 1} frames ({steps / rate:.2f} s)"
@@ -570,7 +587,7 @@ def _infeasible(
 
 
 def _better_limits(
-    upsample: int, max_skip: int, wanted: tuple[int, int], length: int, finer: bool, fits: Callable[[int, int], bool]
+    upsample: int, max_skip: int, wanted: tuple[int, int], length: int, finer: bool, fits: Fits
 ) -> str | None:
     """Find a longer step, or a finer upsampling, with which all keytimes can be met."""
     if finer:
@@ -584,7 +601,7 @@ def _better_limits(
     return None if enough is None else f"max_skip >= {enough}"
 
 
-def least_max_skip(upsample: int, max_skip: int, fits: Callable[[int, int], bool]) -> int | None:
+def least_max_skip(upsample: int | tuple[int, ...], max_skip: int, fits: Fits) -> int | None:
     """Return the least `max_skip` above the given one with which all keytimes can be met; None where there is none."""
     low, high = max_skip, MAX_STEP
     if max_skip >= MAX_STEP or not fits(upsample, high):
@@ -595,8 +612,10 @@ def least_max_skip(upsample: int, max_skip: int, fits: Callable[[int, int], bool
     return high
 
 
-def add_smoothness(scores: FloatArray, weight: float, held: BoolArray) -> None:
+def add_smoothness(scores: FloatArray, weight: float, reduction: Reduction) -> None:
     """Charge changes of speed: ``weight * median score * ln(b / a)²`` on every triple, in place.
+
+    a and b are the speeds before and after its middle frame.
 
     Into a hold, in it and out of it nothing is charged: stopping is a keytime's wish, not the search's. The median is
     that of all triples, before any is forbidden: a lock does not change what smoothness costs elsewhere.
@@ -607,17 +626,33 @@ def add_smoothness(scores: FloatArray, weight: float, held: BoolArray) -> None:
     if weight == 0 or not len(finite):
         return
     logs = np.log(np.arange(1, scores.shape[1] + 1))
-    charge = weight * float(np.median(finite)) * (logs[None, :] - logs[:, None]) ** 2
-    beside_hold = held.copy()
-    beside_hold[1:] |= held[:-1]
-    scores += np.where(beside_hold[:, None, None], 0.0, charge)
+    price = weight * float(np.median(finite))
+    for first, last, before, after in _middles(reduction):
+        if not (reduction.still[before] or reduction.still[after]):
+            finer = math.log(reduction.upsamples[before] / reduction.upsamples[after])
+            scores[first:last] += price * (logs[None, :] - logs[:, None] + finer) ** 2
 
 
-def neutral_weights(max_skip: int, upsample: int) -> FloatArray:
-    """Weigh triples so that a free length treats both clocks alike: by the square root of the local speed.
+def weigh_neutral(scores: FloatArray, reduction: Reduction) -> None:
+    """Weigh triples so that a free length treats both clocks alike: by the square root of the local speed, in place.
 
     The plain sum charges every output frame, so short results are cheap; charging input time instead makes long ones
-    cheap. Shape (max_skip, max_skip).
+    cheap.
     """
+    for first, last, before, after in _middles(reduction):
+        scores[first:last] *= neutral_weights(scores.shape[1], reduction.upsamples[before], reduction.upsamples[after])
+
+
+def neutral_weights(max_skip: int, before: int, after: int) -> FloatArray:
+    """Return the square roots of the mean speeds of two steps, shape (max_skip, max_skip); given their upsamplings."""
     steps = np.arange(1, max_skip + 1)
-    return np.asarray(np.sqrt((steps[:, None] + steps[None, :]) / (2 * upsample)))
+    return np.asarray(np.sqrt((steps[:, None] / before + steps[None, :] / after) / 2))
+
+
+def _middles(reduction: Reduction) -> Iterator[tuple[int, int, int, int]]:
+    """Yield ranges of unrolled frames, with the spans of the steps before and after a frame in each."""
+    yield 0, 1, 0, 0
+    n_spans = len(reduction.upsamples)
+    for span, (first, last, _, _) in enumerate(_spans(reduction)):
+        yield first + 1, last, span, span
+        yield last, last + 1, span, min(span + 1, n_spans - 1)

@@ -402,8 +402,12 @@ def blend(a: Warp, b: Warp, weight: ArrayLike) -> Warp:
         (curve if curve.ndim == 0 else curve[..., -1]) <= 1
     ):
         raise OptionError(f"the weights of a blend must be from 0 to 1, found {weight!r}")
-    if curve.ndim != 0 and (curve.ndim != 2 or curve.shape[1:] != (2,) or np.any(np.diff(curve[:, 0]) <= 0)):
+    if curve.ndim != 0 and (
+        curve.ndim != 2 or curve.shape[1:] != (2,) or not np.all(np.diff(curve[:, 0], prepend=-np.inf) > 0)
+    ):
         raise OptionError("a blend's curve needs rows of (output time, weight) with times that increase")
+    if curve.size == 0:
+        raise OptionError("a blend's curve needs one or more rows of (output time, weight)")
     if not np.allclose([a.output_start, a.output_end], [b.output_start, b.output_end], rtol=0, atol=1e-9):
         raise OptionError(
             f"only warps of the same output range can be mixed: {a.output_start:g}–{a.output_end:g} s and "

@@ -121,8 +121,10 @@ def _binding(
     """Say what bound each frame: the steps beside it at the end of what was allowed, or a keytime."""
     tangents = {frame for key, frame in zip(reduction.keytimes, reduction.frames, strict=True) if key.speed is not None}
     held = reduction.held
-    anywhere = np.flatnonzero(allowed[~held].any(axis=0)) + 1
-    slowest, fastest = (int(anywhere[0]), int(anywhere[-1])) if len(anywhere) else (1, 1)
+    limits = []
+    for first, last in itertools.pairwise(reduction.frames):
+        anywhere = np.flatnonzero(allowed[first:last].any(axis=0)) + 1
+        limits.append((int(anywhere[0]), int(anywhere[-1])))
 
     def words(start: int, stop: int) -> set[str]:
         if held[start]:
@@ -131,13 +133,15 @@ def _binding(
             return {"tangent"}
         step = stop - start
         choices = np.flatnonzero(allowed[start]) + 1
-        room = reduction.frames[bisect.bisect_right(reduction.frames, start)] - start
+        following = bisect.bisect_right(reduction.frames, start)
+        room = reduction.frames[following] - start
+        (slowest, fastest), upsample = limits[following - 1], reduction.upsamples[following - 1]
         inside = any(span.first <= start and stop <= span.last for span in locked)
         found = set()
         # Where a keytime is near, a step ends there at the latest; that is the key's doing, not a limit's.
         if step == choices[-1] and not (step == room < fastest and not inside):
             found.add("fastest" if step == fastest else "lock")
-        if step == choices[0] and (reduction.upsample > 1 or step > 1) and not (len(choices) == 1 and room == step):
+        if step == choices[0] and (upsample > 1 or step > 1) and not (len(choices) == 1 and room == step):
             found.add("slowest" if step == slowest else "lock")
         return {"lock"} if inside and len(choices) == 1 else found
 

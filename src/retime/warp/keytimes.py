@@ -25,6 +25,8 @@ from retime.warp.curve import Keytime, Warp, check_speed
 
 # Of the unrolled input: weeks of motion, or a slow-down that no clip needs.
 MOST_FRAMES = 50_000_000
+# Mean playback speed of a span.
+SLOWEST_SEARCHED = 1 / 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +43,12 @@ class Reduction:
         Each keytime's place in the unrolled input.
     input_times : float array, shape (n_input,)
         Input time of every unrolled frame, seconds.
+    still : tuple of bool
+        For each span whether it holds, or moves too slowly to search: it is offered one frame a step.
     rate : float
         Analysis rate, Hz.
-    upsample : int
-        Unrolled frames per analysis period: a step of `upsample` is unit speed.
+    upsamples : tuple of int
+        For each span its unrolled frames per analysis period: a step of that many is unit speed.
     free : bool
         The length is the search's to find: the last keytime's output time is infinite, its position a placeholder.
     """
@@ -53,8 +57,9 @@ class Reduction:
     positions: tuple[int, ...]
     frames: tuple[int, ...]
     input_times: FloatArray
+    still: tuple[bool, ...]
     rate: float
-    upsample: int
+    upsamples: tuple[int, ...]
     free: bool = False
 
     @property
@@ -74,10 +79,23 @@ class Reduction:
 
     @property
     def held(self) -> NDArray[np.bool_]:
-        """Whether the step that leaves an unrolled frame holds the pose, shape (n_input,)."""
+        """Whether the step that leaves an unrolled frame is in a still span, shape (n_input,)."""
         held = np.zeros(self.n_input, dtype=bool)
-        held[:-1] = np.diff(self.input_times) == 0
+        for span, still in enumerate(self.still):
+            held[self.frames[span] : self.frames[span + 1]] = still
         return held
+
+    @property
+    def upsample_at(self) -> IntArray:
+        """Upsampling of the step that leaves an unrolled frame, shape (n_input,); the last one repeats."""
+        lengths = np.diff(self.frames)
+        lengths[-1] += 1
+        return np.repeat(np.array(self.upsamples, dtype=np.int64), lengths)
+
+    @property
+    def upsample(self) -> int:
+        """The finest upsampling of any span."""
+        return max(self.upsamples)
 
     def with_path(
         self, path: IntArray, output_rate: float, *, least_end: float = 0.0, most_end: float = math.inf
@@ -89,7 +107,7 @@ class Reduction:
         start, before, after = self.positions[-2], self.keytimes[-2], self.keytimes[-1]
         n_steps = len(path) - 1 - start
         # The last span's end moved to an analysis frame; at the span's mean speed the rest takes this long.
-        offered = float(path[-1] - path[start]) / (self.rate * self.upsample)
+        offered = float(path[-1] - path[start]) / (self.rate * self.upsamples[-1])
         rest = (abs(after.input_time - before.input_time) - offered) * (n_steps / self.rate) / offered
         wanted = before.output_time + n_steps / self.rate + rest
         wanted = min(max(wanted, least_end), most_end)
@@ -208,11 +226,14 @@ def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytim
     return ordered
 
 
-def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate: float, upsample: int = 1) -> Reduction:
+def reduce_to_compression(
+    keytimes: Sequence[Keytime], duration: float, *, rate: float, upsample: int | Sequence[int] = 1
+) -> Reduction:
     """Unroll the input along its keytimes at the analysis rate (§3.1).
 
-    Keytimes are moved to the nearest analysis frame for the search, by at most half a period; `knots_of_path` puts
-    them back.
+    Keytimes are moved to the nearest frame of the search, by at most half an analysis period; `knots_of_path` puts
+    them back. A span that plays below 1/32 on average is taken for a hold, and moves evenly: nothing in it is worth a
+    search, and steps so fine would slow the search for all the rest.
 
     Parameters
     ----------
@@ -223,8 +244,8 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
         Seconds from the first input frame to the last.
     rate : float
         Analysis rate, Hz.
-    upsample : int
-        Unrolled frames per analysis period.
+    upsample : int or sequence of int
+        Unrolled frames per analysis period, of all spans or of each.
 
     Raises
     ------
@@ -233,27 +254,41 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
     OptionError
         `upsample` below 1, or more frames than anyone can wait for.
     """
-    if upsample < 1:
-        raise OptionError(f"upsample must be at least 1, found {upsample}")
     ordered = check_keytimes(keytimes, duration)
+    n_spans = len(ordered) - 1
+    upsamples = (upsample,) * n_spans if isinstance(upsample, int | np.integer) else tuple(upsample)
+    if min(upsamples) < 1:
+        raise OptionError(f"upsample must be at least 1, found {min(upsamples)}")
+    if len(upsamples) != n_spans:
+        raise OptionError(f"found {len(upsamples)} upsamplings for {n_spans} spans between keytimes")
     start = ordered[0].output_time
     free = math.isinf(ordered[-1].output_time)
     positions = [nearest_frame((key.output_time - start) * rate) for key in ordered if key.output_time < math.inf]
     if free:
         positions.append(positions[-1] + 1)
-    grid = rate * upsample
-    places = [nearest_frame(key.input_time * grid) for key in ordered]
-    spans = itertools.pairwise(zip(places, positions, strict=True))
-    n_input = 1 + sum(abs(b - a) or after - before for (a, before), (b, after) in spans)
+    places = [
+        (nearest_frame(before.input_time * rate * finer), nearest_frame(after.input_time * rate * finer))
+        for (before, after), finer in zip(itertools.pairwise(ordered), upsamples, strict=True)
+    ]
+    steps = [after - before for before, after in itertools.pairwise(positions)]
+    slow = [
+        abs(after.input_time - before.input_time) < SLOWEST_SEARCHED * (after.output_time - before.output_time)
+        for before, after in itertools.pairwise(ordered)
+    ]
+    still = tuple(
+        a == b or (crawls and abs(b - a) < n_steps) for (a, b), n_steps, crawls in zip(places, steps, slow, strict=True)
+    )
+    n_input = 1 + sum(
+        n_steps if at_rest else abs(b - a) for (a, b), n_steps, at_rest in zip(places, steps, still, strict=True)
+    )
     if n_input > MOST_FRAMES:
         raise OptionError(
-            f"the keytimes with upsample={upsample} at {rate:g} Hz need {n_input:.2g} frames of input; "
+            f"the keytimes with upsample={max(upsamples)} at {rate:g} Hz need {n_input:.2g} frames of input; "
             f"{MOST_FRAMES:.2g} is the most. Ask for less slow-down or a shorter hold, or lower the rate or upsample"
         )
     frames = [0]
-    unrolled = [np.array([places[0]])]
-    for span in range(len(ordered) - 1):
-        n_steps = positions[span + 1] - positions[span]
+    unrolled = [np.array([places[0][0] / (rate * upsamples[0])])]
+    for span, ((begin, end), n_steps, finer) in enumerate(zip(places, steps, upsamples, strict=True)):
         if n_steps < 1:
             raise InfeasibleWarpError(
                 f"the keytimes at output times {ordered[span].output_time:g} s and "
@@ -261,14 +296,21 @@ def reduce_to_compression(keytimes: Sequence[Keytime], duration: float, *, rate:
                 "move them apart, or raise the rate",
                 span=span,
             )
-        change = places[span + 1] - places[span]
-        if change == 0:
-            unrolled.append(np.full(n_steps, places[span]))
+        change, grid = end - begin, rate * finer
+        if still[span]:
+            ends = (ordered[span].input_time, ordered[span + 1].input_time)
+            unrolled.append(np.linspace(*ends, n_steps + 1)[1:] if change else np.full(n_steps, begin / grid))
         else:
-            unrolled.append(places[span] + np.sign(change) * np.arange(1, abs(change) + 1))
+            unrolled.append((begin + np.sign(change) * np.arange(1, abs(change) + 1)) / grid)
         frames.append(frames[-1] + len(unrolled[-1]))
-    input_times = np.clip(np.concatenate(unrolled) / grid, 0.0, duration)
-    return Reduction(ordered, tuple(positions), tuple(frames), input_times, rate, upsample, free)
+    input_times = np.concatenate(unrolled)
+    # A key between spans that are offered in other steps is shown where the finer one has it.
+    for i, (one, other) in enumerate(itertools.pairwise(upsamples), start=1):
+        if one != other:
+            grid = rate * max(one, other)
+            input_times[frames[i]] = nearest_frame(ordered[i].input_time * grid) / grid
+    input_times = np.clip(input_times, 0.0, duration)
+    return Reduction(ordered, tuple(positions), tuple(frames), input_times, still, rate, upsamples, free)
 
 
 def nearest_frame(place: float) -> int:
@@ -303,12 +345,12 @@ def knots_of_path(reduction: Reduction, path: IntArray, *, speeds: FloatArray | 
         kept = np.full(len(steps), np.nan) if speeds is None else speeds[first:last]
         loose = np.isnan(kept)
         change = after.input_time - before.input_time
-        held = bool(reduction.held[reduction.frames[span]])
-        moved = steps * (0.0 if held else period / reduction.upsample)
+        held = reduction.still[span]
+        moved = steps * (0.0 if held else period / reduction.upsamples[span])
         spacing = np.where(loose, period, moved / np.where(loose, 1.0, kept))
         if held:
             moved = np.full(len(steps), abs(change) / len(steps))
-        choices = (loose & (steps != reduction.upsample), loose)
+        choices = (loose & (steps != reduction.upsamples[span]), loose)
         spacing, moved = _stretched(spacing, moved, after.output_time - before.output_time, abs(change), choices)
         output_times.append(before.output_time + np.cumsum(spacing))
         input_times.append(before.input_time + math.copysign(1.0, change) * np.cumsum(moved))

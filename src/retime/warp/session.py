@@ -30,6 +30,7 @@ from retime.warp.curve import Keytime, Warp, add_times, blend
 from retime.warp.explain import Explanation, explain_path
 from retime.warp.features import PoseOptions
 from retime.warp.keytimes import (
+    SLOWEST_SEARCHED,
     Reduction,
     as_keytimes,
     check_keytimes,
@@ -44,6 +45,7 @@ from retime.warp.score import Model, build_model, triple_scores
 from retime.warp.spline import spline_warp
 
 Clip = Motion | Signal
+Upsamples = int | tuple[int, ...]
 
 DEFAULT_RATE = 30
 DEFAULT_MAX_SKIP = 8
@@ -128,7 +130,7 @@ class GuidedWarp:
 
     @property
     def upsample(self) -> int:
-        """Unrolled input frames per analysis period."""
+        """Unrolled input frames per analysis period, where there are most (`reduction.upsamples` has all spans)."""
         return self.reduction.upsample
 
     @property
@@ -145,8 +147,9 @@ class GuidedWarp:
     def path_speeds(self) -> FloatArray:
         """Playback speed of each step of the path, shape (n_output - 1,); 0 in a hold, below 0 backward."""
         frames = self.path.frames
-        direction = np.sign(np.diff(self.reduction.input_times[frames]))
-        return np.asarray(direction * np.diff(frames) / self.upsample)
+        change = np.diff(self.reduction.input_times[frames])
+        moved = np.sign(change) * np.diff(frames) / self.reduction.upsample_at[frames[:-1]]
+        return np.where(self.reduction.held[frames[:-1]], change * self.rate, moved)
 
     def explain(self) -> Explanation:
         """Say for each output frame what it scored, what it was matched with, and what was binding."""
@@ -270,8 +273,7 @@ class Session:
             slowest,
             fastest,
         )
-        reduction, max_skip = self._reduce(keytimes, wishes, bounds, upsample, max_skip)
-        upsample = reduction.upsample
+        reduction, max_skip = self._reduce(keytimes, wishes, bounds, upsample, max_skip, loop=loop)
         locked, allowed = wishes.locked(reduction, max_skip), wishes.allowed(reduction, max_skip)
         counts = self._length_range(bounds, reduction) if free else None
 
@@ -281,12 +283,11 @@ class Session:
         neutral = free and free_weight == "neutral"
         if wishes.any or smoothness or neutral:
             scores = scores.copy()
-        control.add_smoothness(scores, smoothness, reduction.held)
+        control.add_smoothness(scores, smoothness, reduction)
         if wishes.any:
             control.forbid(scores, allowed)
-        weights = control.neutral_weights(max_skip, upsample) if neutral else np.ones((max_skip, max_skip))
         if neutral:
-            scores *= weights
+            control.weigh_neutral(scores, reduction)
 
         anchors = reduction.anchors[:-1] if free else reduction.anchors
         n_output: int | tuple[int, int] | None = reduction.n_output if counts is None else counts
@@ -297,7 +298,10 @@ class Session:
         if search == "heuristic":
             path, excess = self._heuristic(reduction, scores, allowed, max_skip, anchors, n_output)
         elif loop:
-            seam = self._seam_costs(reduction, poses, max_skip) * np.diagonal(weights)
+            seam = self._seam_costs(reduction, poses, max_skip)
+            if neutral:
+                ends = reduction.upsamples[-1], reduction.upsamples[0]
+                seam = seam * np.diagonal(control.neutral_weights(max_skip, *ends))
             path = _loop(scores, allowed, seam, anchors, n_output, search)
         else:
             start, end = control.end_costs(allowed)
@@ -315,7 +319,8 @@ class Session:
         steps = knots_of_path(reduction, path.frames, speeds=speeds)
         warp = smooth_steps(
             steps,
-            smoothing / self.rate,
+            # A window of one frame averages nothing.
+            0.0 if smoothing in (0, 1) else smoothing / self.rate,
             float(self.motion.rate),
             keep=steps.output_times[control.kept_positions(reduction, path.frames, locked)],
             loop=loop,
@@ -352,69 +357,97 @@ class Session:
         bounds: tuple[int, int | None],
         upsample: int | None,
         max_skip: int | None,
+        *,
+        loop: bool,
     ) -> tuple[Reduction, int]:
         """Unroll the input so that the keytimes can be met; `upsample` and `max_skip` give way where left out."""
-        chosen = self._choose_upsample(keytimes, wishes) if upsample is None else upsample
+        chosen: Upsamples = self._choose_upsamples(keytimes, wishes, loop=loop) if upsample is None else upsample
 
-        def reduced(upsample: int) -> Reduction:
+        def reduced(upsample: Upsamples) -> Reduction:
             return reduce_to_compression(keytimes, self.motion.duration, rate=self.rate, upsample=upsample)
 
-        def check(upsample: int, max_skip: int, **more: Any) -> None:
+        def check(upsample: Upsamples, max_skip: int, **more: Any) -> None:
             reduction = reduced(upsample)
             counts = self._length_range(bounds, reduction) if reduction.free else None
             control.check_counts(reduction, wishes.allowed(reduction, max_skip), n_output=counts, **more)
 
-        def fits(upsample: int, max_skip: int) -> bool:
+        def stuck(upsample: Upsamples, max_skip: int) -> int | None:
+            """Return a span that can't be crossed, -1 for another obstacle, None where all keytimes can be met."""
             try:
                 check(upsample, max_skip)
-            except (InfeasibleWarpError, OptionError):
-                return False
-            return True
+            except InfeasibleWarpError as error:
+                return -1 if error.span is None else error.span
+            except OptionError:
+                return -1
+            return None
 
-        finer = [chosen]
-        if upsample is None and 2 * chosen <= control.MAX_UPSAMPLE:
-            # Where locks play fast, the rest may have to be slower than the lengths alone say.
-            finer.append(control.upsample_for(2 * chosen, *wishes.speeds))
-        for choice in finer:
+        def fits(upsample: Upsamples, max_skip: int) -> bool:
+            return stuck(upsample, max_skip) is None
+
+        choice = chosen
+        refined: set[int] = set()
+        while True:
             reduction = reduced(choice)
             skip = self._choose_max_skip(reduction, wishes) if max_skip is None else max_skip
-            if fits(choice, skip):
+            where = stuck(choice, skip)
+            if where is None:
                 return reduction, skip
             if max_skip is None and (enough := control.least_max_skip(choice, skip, fits)) is not None:
                 # Where locks play slowly, the rest has to be faster; and not all of it as fast as can be.
                 return reduction, min(control.MAX_STEP, enough + enough // 4)
+            # Where locks play fast, the rest may have to be slower than the lengths alone say; and a span that shows
+            # as much as it takes may lose a frame to rounding.
+            if isinstance(choice, int) or where == -1 or where in refined:
+                break
+            ends = {0, len(choice) - 1} if loop else set()
+            again = ends | {where} if where in ends else {where}
+            refined |= again
+            if 2 * max(choice[span] for span in again) > control.MAX_UPSAMPLE:
+                break
+            choice = tuple(
+                control.upsample_for(2 * one, *wishes.speeds) if span in again else one
+                for span, one in enumerate(choice)
+            )
         reduction = reduced(chosen)
         skip = self._choose_max_skip(reduction, wishes) if max_skip is None else max_skip
         if not 1 <= skip <= control.MAX_STEP:
-            why = f" (for speeds up to {skip / chosen:g} with upsample={chosen})" if max_skip is None else ""
+            why = f" (for the speeds asked for, with upsample={reduction.upsample})" if max_skip is None else ""
             raise OptionError(f"max_skip must be from 1 to {control.MAX_STEP}, found {skip}{why}")
         check(chosen, skip, wishes=str(wishes), fits=fits)
         return reduction, skip
 
-    def _choose_upsample(self, keytimes: Sequence[Keytime], wishes: _Wishes) -> int:
-        """1 where the input moves like itself and gets no longer, else 4, or twice the mean slow-down."""
-        slowest = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents])
-        slower = slowest < 1
+    def _choose_upsamples(self, keytimes: Sequence[Keytime], wishes: _Wishes, *, loop: bool) -> tuple[int, ...]:
+        """1 where the input moves like itself and a span gets no longer; else 4, or what the mean speed asks for."""
+        slower = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents]) < 1
+        limit = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
+        chosen = []
         for before, after in itertools.pairwise(keytimes):
-            change = abs(after.input_time - before.input_time)
+            mean = abs(after.input_time - before.input_time) / (after.output_time - before.output_time)
             if math.isinf(after.output_time):
-                slower = True
-            elif change > 0:
-                slowest = min(slowest, change / (after.output_time - before.output_time))
-        least = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
-        if not (self.itself and slowest > 0.999 and not slower):
-            least = max(least, 4, math.ceil(2 / slowest - 1e-9))
-        return control.upsample_for(least, *wishes.speeds)
+                least = 4
+            elif mean < SLOWEST_SEARCHED or (self.itself and mean > 0.999 and not slower):
+                least = 1
+            elif mean < 1:
+                least = max(4, _ample(1 / mean, 16))
+            else:
+                # What plays fast throughout needs no frames so fine.
+                least = max(1, 4 // math.floor(mean))
+            chosen.append(control.upsample_for(max(limit, least), *wishes.speeds))
+        if loop:
+            # First and last step must be able to agree.
+            chosen[0] = chosen[-1] = max(chosen[0], chosen[-1])
+        return tuple(chosen)
 
     def _choose_max_skip(self, reduction: Reduction, wishes: _Wishes) -> int:
-        """8, or twice the mean step where that is more; or what the speed limits say."""
+        """8, or ample for the mean step; or what the speed limits say."""
         if wishes.fastest < math.inf:
             return max(1, math.floor(wishes.fastest * reduction.upsample + 1e-6))
         anchors = reduction.anchors[:-1] if reduction.free else reduction.anchors
         mean = [(j1 - j0) / (p1 - p0) for (p0, j0), (p1, j1) in itertools.pairwise(anchors)]
         least = [lock.fastest for lock in wishes.locks if lock.fixed] + [lock.slowest for lock in wishes.locks]
         wanted = max([0.0, *least, *wishes.tangents]) * reduction.upsample
-        return max(DEFAULT_MAX_SKIP, math.ceil(2 * max(mean, default=0.0)), math.ceil(wanted - 1e-6))
+        ample = min(_ample(max(mean, default=0.0), 64), control.MAX_STEP)
+        return max(DEFAULT_MAX_SKIP, ample, math.ceil(wanted - 1e-6))
 
     def _length_bounds(self, least: str | int | None, most: str | int | None) -> tuple[int, int | None]:
         """Bounds on a free length, in frames of the motion."""
@@ -439,7 +472,7 @@ class Session:
             words = "" if high is None else f" to {high}"
             raise InfeasibleWarpError(
                 f"no length lies within the bounds of {low}{words} frames (at the analysis rate): the keytimes and "
-                f"upsample={reduction.upsample} allow {shortest} to {longest}. Change the bounds, or use "
+                f"upsample={reduction.upsamples[-1]} allow {shortest} to {longest}. Change the bounds, or use "
                 "another upsample",
                 min_output=shortest,
                 max_output=longest,
@@ -447,11 +480,18 @@ class Session:
         return least, most
 
     def _spline(self, keytimes: Sequence[Keytime], steps: Warp, *, loop: bool) -> Warp:
-        """Join the keytimes by a spline to mix with; that of a loop has the loop's speed at both ends."""
-        ends = (keytimes[0], keytimes[-1])
-        if loop and len(keytimes) > 2 and steps.slopes[0] != 0:
-            speed = float(abs(steps.slopes[0]))
-            keytimes = [replace(key, speed=speed) if key in ends else key for key in keytimes]
+        """Join the keytimes by a spline to mix with; that of a loop has one speed at both ends."""
+        if loop and len(keytimes) > 2:
+            means = [
+                abs((b.input_time - a.input_time) / (b.output_time - a.output_time))
+                for a, b in (keytimes[:2], keytimes[-2:])
+            ]
+            # A spline passes at no more than three times the mean speed beside a keytime.
+            speed = min(float(abs(steps.slopes[0])), *(3 * mean for mean in means)) or None
+            keytimes = [
+                replace(key, speed=key.speed or speed) if key in (keytimes[0], keytimes[-1]) else key
+                for key in keytimes
+            ]
         return spline_warp(keytimes, rate=float(self.motion.rate))
 
     def _scores(self, reduction: Reduction, max_skip: int) -> tuple[FloatArray, FloatArray]:
@@ -534,6 +574,11 @@ class Session:
                 weights=[track.weight for track in self._reference_tracks],
             )
         return self._model_at[rate]
+
+
+def _ample(mean: float, dear: int) -> int:
+    """Twice as much as on average; where that is dear, a quarter more."""
+    return max(min(math.ceil(2 * mean - 1e-9), dear), math.ceil(1.25 * mean - 1e-9))
 
 
 @dataclass(frozen=True)
