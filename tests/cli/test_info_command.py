@@ -88,7 +88,7 @@ def test_build_says_which_backend_is_in_use(run) -> None:
 def test_build_says_which_extras_are_missing(run, monkeypatch) -> None:
     monkeypatch.setitem(info.EXTRAS, "plot", "no_such_package_here")
     assert "not installed: pip install 'retime[plot]'" in run("info", "--build").stdout
-    assert json.loads(run("info", "--build", "--json").stdout)["extras"] == {"plot": None}
+    assert json.loads(run("info", "--build", "--json").stdout)["extras"]["plot"] is None
 
 
 def test_every_extra_is_known() -> None:
