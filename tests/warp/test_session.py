@@ -471,9 +471,9 @@ def test_uneven_keys_make_only_their_own_span_fine() -> None:
 
 
 def test_a_step_is_one_speed_whatever_its_spans_upsampling() -> None:
-    """What each step shows is its speed, in spans that are offered in quarters and in halves alike."""
+    """What each step shows is its speed, in spans that are offered in eighths and in quarters alike."""
     result = guided_warp(curve(150, seed=1), reference=curve(90, seed=9), keys=[(1.0, 2.0), (3.0, 3.0)])
-    assert result.reduction.upsamples == (4, 2, 4)
+    assert result.reduction.upsamples == (8, 4, 8)
     frames = result.path.frames
     shown = np.diff(result.reduction.input_times[frames]) * 30
     beside_keys = {p + near for p in result.reduction.positions for near in (-1, 0)}

@@ -33,7 +33,7 @@ _OPTIONS = (
         section="Method",
         metavar="N",
         type=click.IntRange(1, 255),
-        default_text="8, or more where the length needs it",
+        default_text="8, 16 for another reference, or more where the length needs it",
         help="Largest step between neighbouring frames of the path: no speed beyond max_skip / upsample.",
     ),
     click.option(
@@ -42,7 +42,7 @@ _OPTIONS = (
         section="Method",
         metavar="U",
         type=click.IntRange(min=1),
-        default_text="1 where nothing gets slower, else 4 or more",
+        default_text="1 where nothing gets slower, else 4 or more; 8 for another reference",
         help="Input frames offered per analysis period: no speed below 1/U.",
     ),
     click.option(

@@ -97,11 +97,13 @@ def guided_warp(
         keeps the input's own rate.
     max_skip : int, optional
         Largest step between neighbouring selected frames of the upsampled input: no speed goes beyond ``max_skip /
-        upsample``. Left out: 8, or twice a span's mean step where that is more (a quarter more where twice is dear).
+        upsample``. Left out: 8, or 16 for another reference; or twice a span's mean step where that is more (a quarter
+        more where twice is dear).
     upsample : int, optional
         Frames offered per analysis period: no speed falls below ``1 / upsample``. Left out, each span between keytimes
-        has its own: 1 where the input moves like itself and gets no longer; else 4, or twice the mean slow-down where
-        that is more (a quarter more where twice is dear), or fewer where the span plays at twice its speed or faster.
+        has its own: 1 where the input moves like itself and gets no longer, 4 where it gets longer; 8 for another
+        reference (4 where the input is longer than two minutes); more, twice the mean slow-down, where that asks for
+        more (a quarter more where twice is dear); fewer where the span plays at twice its speed or faster.
     n_neighbors : int
         Reference frames averaged in a score (the paper's k).
     time_scale : float

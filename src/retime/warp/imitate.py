@@ -15,12 +15,10 @@ from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from retime.warp.guided import guided_warp
 from retime.warp.reference import Reference
-from retime.warp.session import DEFAULT_MAX_SKIP, GuidedWarp
+from retime.warp.session import DEFAULT_MAX_SKIP, GuidedWarp, usual_upsample
 
 # Options of guided_warp that need speeds of their own, or say which.
 _BOUND_SPEEDS = ("speed", "upsample", "max_skip", "keys", "locks", "min_length", "max_length")
-# As guided_warp has it where the input does not move like itself.
-_LEAST_UPSAMPLE = 4
 # The table of scores grows with the square of max_skip.
 _MOST_UPSAMPLE, _MOST_SKIP = 16, 48
 
@@ -93,17 +91,17 @@ def imitate(
     else:
         retimed = apply_warp(shown, hand, average=False)
     if length == "free" and all(options.get(name) in (None, (), []) for name in _BOUND_SPEEDS):
-        options |= _room_for(hand)
+        options |= _room_for(hand, motion.duration)
     return guided_warp(motion, reference=Reference(retimed), length=length, **options)
 
 
-def _room_for(hand: Warp) -> dict[str, int]:
+def _room_for(hand: Warp, duration: float) -> dict[str, int]:
     """Choose upsample and max_skip so that the search can play as slow and as fast as the hand did, within reason."""
     speeds = np.abs(hand.slopes)
     moving = speeds[speeds > 1 / _MOST_UPSAMPLE]
     slowest, fastest = (float(moving.min()), float(moving.max())) if len(moving) else (1.0, 1.0)
-    upsample = max(_LEAST_UPSAMPLE, math.ceil(1 / slowest - 1e-9))
+    upsample = max(usual_upsample(duration), math.ceil(1 / slowest - 1e-9))
     return {
         "upsample": upsample,
-        "max_skip": min(_MOST_SKIP, max(DEFAULT_MAX_SKIP, math.ceil(fastest * upsample - 1e-9))),
+        "max_skip": min(_MOST_SKIP, max(DEFAULT_MAX_SKIP, upsample, math.ceil(fastest * upsample - 1e-9))),
     }
