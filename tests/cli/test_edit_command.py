@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import importlib.util
+import os
 import re
 import signal
 import subprocess
@@ -13,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from retime.project.file import project_bytes, save_project
+from retime.project.work import new_document
 from tests.cli.conftest import COMMAND
 
 pytestmark = pytest.mark.skipif(
@@ -29,6 +32,7 @@ def edited(*arguments: str | Path, folder: Path) -> Iterator[tuple[subprocess.Po
         stderr=subprocess.PIPE,
         text=True,
         cwd=folder,
+        env={**os.environ, "RETIME_STATE": str(folder / "state")},
     )
     try:
         assert process.stdout is not None
@@ -60,9 +64,37 @@ def test_it_prints_an_address_that_works_once_the_token_is_exchanged(clips, tmp_
 def test_a_port_that_is_taken_is_told_in_a_line(clips, tmp_path, command) -> None:
     with edited(clips.bvh, folder=tmp_path) as (_, address):
         port = re.search(r":(\d+)/", address)[1]
-        done = command("edit", clips.bvh, "--port", port, "--no-browser")
+        state = {**os.environ, "RETIME_STATE": str(tmp_path / "another")}
+        done = command("edit", clips.bvh, "--port", port, "--no-browser", env=state)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "error: Address already in use\n"
+
+
+def test_a_project_is_begun_and_opened_again(clips, tmp_path, command) -> None:
+    with edited(clips.bvh, "--project", "p.retime", "--folder", tmp_path, folder=tmp_path) as (process, _):
+        assert (tmp_path / ".p.retime-journal").exists()
+        second = command("edit", "--project", "p.retime", "--no-browser")
+        assert (second.returncode, "another editor has this open" in second.stderr) == (2, True)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=30)
+    # Nothing was saved, so it would begin again with the clips.
+    save_project(tmp_path / "p.retime", project_bytes(new_document([str(clips.bvh)]), {}, tmp_path), overwrite=False)
+    with edited("--project", "p.retime", folder=tmp_path):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "name a clip to edit, or a project"),
+        (["--reference", "x.bvh", "--project", "p.retime"], "--reference needs a clip"),
+        (["--project", "p.txt"], "a project's name ends in .retime"),
+        (["x.bvh", "--project", "there.retime"], "is there already, with clips of its own"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(run, tmp_path, arguments, says) -> None:
+    (tmp_path / "there.retime").touch()
+    assert says in run("edit", *arguments, "--no-browser", code=1 if "p.txt" in arguments else 2).stderr
 
 
 def test_it_says_which_extra_is_missing(run, clips, monkeypatch) -> None:

@@ -1,4 +1,4 @@
-"""`retime edit`: open the editor's page on a clip."""
+"""`retime edit`: open the editor's page on a clip or a project."""
 
 from __future__ import annotations
 
@@ -11,23 +11,47 @@ import click
 from retime.cli.clip_options import PATH
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import say
-from retime.errors import MissingExtraError
+from retime.errors import MissingExtraError, OptionError
 
-_EXAMPLES = "\b\nExamples\n  retime edit walk.bvh\n  retime edit walk.bvh --reference limp.bvh"
+_EXAMPLES = (
+    "\b\nExamples\n"
+    "  retime edit walk.bvh\n"
+    "  retime edit walk.bvh camera.csv --reference limp.bvh --project limping.retime\n"
+    "  retime edit --project limping.retime"
+)
 
 
 @click.command("edit", cls=SectionedCommand, epilog=_EXAMPLES)
-@click.argument("clips", type=PATH, metavar="CLIP...", nargs=-1, required=True)
+@click.argument("clips", type=PATH, metavar="[CLIP]...", nargs=-1)
 @click.option(
     "--reference",
     "references",
     cls=Option,
-    section="Reference",
+    section="Input",
     metavar="CLIP",
     type=PATH,
     multiple=True,
     default_text="the clip itself",
     help="Imitate the timing of this clip; repeat for more.",
+)
+@click.option(
+    "--project",
+    cls=Option,
+    section="Input",
+    metavar="FILE.retime",
+    type=PATH,
+    help="Open this project, or begin it with the clips where there is no such file.",
+)
+@click.option(
+    "--folder",
+    "folders",
+    cls=Option,
+    section="Page",
+    metavar="DIR",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    multiple=True,
+    help="Let the page read and write in this folder, as in the current one and those of the files named; repeat for "
+    "more.",
 )
 @click.option(
     "--port",
@@ -40,20 +64,41 @@ _EXAMPLES = "\b\nExamples\n  retime edit walk.bvh\n  retime edit walk.bvh --refe
     help="Port of the loopback address.",
 )
 @click.option("--no-browser", cls=Option, section="Page", is_flag=True, help="Print the address, and open nothing.")
-def command(*, clips: tuple[Path, ...], references: tuple[Path, ...], port: int, no_browser: bool) -> None:
-    """Edit the timing of CLIP in a page in your browser; others get the same warp.
+def command(
+    *,
+    clips: tuple[Path, ...],
+    references: tuple[Path, ...],
+    project: Path | None,
+    folders: tuple[Path, ...],
+    port: int,
+    no_browser: bool,
+) -> None:
+    """Edit the timing of CLIP in a page in your browser; further clips get the same warp.
 
-    The page is served at a loopback address, to this machine alone. Ctrl-C ends it.
+    The page is served at a loopback address, to this machine alone. Ctrl-C ends it; what was not saved is there again
+    when the same clips or the same project are opened next.
     """
+    if not clips and project is None:
+        raise OptionError("name a clip to edit, or a project: --project FILE.retime")
+    if not clips and references:
+        raise OptionError("--reference needs a clip")
     for package in ("starlette", "uvicorn", "websockets"):
         if importlib.util.find_spec(package) is None:
             raise MissingExtraError("the editor", package=package, extra="edit")
     from retime.project.places import Places
+    from retime.project.work import new_document, open_document, open_project, state_folder
     from retime.server.app import Editor, serve
-    from retime.server.session import new_document
 
-    files = [path.absolute() for path in (*clips, *references)]
-    document = new_document([str(file) for file in files[: len(clips)]], [str(file) for file in files[len(clips) :]])
+    named = [*clips, *references, *([] if project is None else [project])]
+    places = Places([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named)
+    document = new_document([str(clip) for clip in clips], [str(path) for path in references]) if clips else None
+    if project is not None:
+        if document is not None and project.exists():
+            raise OptionError(f"{project} is there already, with clips of its own: open it without naming others")
+        work = open_project(project, document)
+    else:
+        assert document is not None
+        work = open_document(document)
 
     def started(address: str) -> None:
         say(f"editing at {address}")
@@ -62,4 +107,4 @@ def command(*, clips: tuple[Path, ...], references: tuple[Path, ...], port: int,
 
     # Ctrl-C is how it ends.
     with contextlib.suppress(KeyboardInterrupt):
-        serve(Editor(Places([Path.cwd()], files), document), port=port, started=started)
+        serve(Editor(work, places, state_folder()), port=port, started=started)

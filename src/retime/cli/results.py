@@ -199,16 +199,12 @@ def _write(found: Found, outputs: OutputOptions, stages: Stages) -> None:
 
 def _draw(found: Found, place: Path, *, overwrite: bool) -> None:
     """Draw the warp beside what an animator has today."""
-    from retime.evaluate.plot import plot_warps
-    from retime.warp.spline import linear_warp, spline_warp
+    from retime.evaluate.plot import plot_with_baselines
 
-    clip, warp = found.clip, found.warp
-    warps = {"linear": linear_warp(warp.keytimes)}
-    if len(warp.keytimes) > 2:
-        warps["spline"] = spline_warp(warp.keytimes, rate=float(clip.rate))
-    warps[found.method] = warp
     explanation = None if found.search is None else found.search.explain()
-    plot_warps(warps, motion=clip, path=place, title=clip.name, explanation=explanation, overwrite=overwrite)
+    plot_with_baselines(
+        found.warp, found.clip, method=found.method, explanation=explanation, path=place, overwrite=overwrite
+    )
 
 
 def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> dict[str, Any]:

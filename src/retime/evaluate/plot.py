@@ -19,6 +19,7 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, Warp
 from retime.warp.explain import Explanation
+from retime.warp.spline import linear_warp, spline_warp
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -131,6 +132,35 @@ def plot_warps(
         if path is not None and kind is not None:
             write_bytes(path, _rendered(figure, kind), overwrite=overwrite)
     return figure
+
+
+def plot_with_baselines(
+    warp: Warp,
+    motion: Motion | Signal,
+    *,
+    method: str,
+    explanation: Explanation | None,
+    path: str | PathLike[str],
+    overwrite: bool = False,
+) -> None:
+    """Draw a warp beside what an animator has today: straight lines through its keytimes, and a spline where they bend.
+
+    Parameters
+    ----------
+    warp : Warp
+        With its keytimes.
+    motion : Motion or Signal
+        The input.
+    method : str
+        How the warp was found, for its label.
+    explanation, path, overwrite
+        As of `plot_warps`, whose errors are raised.
+    """
+    warps = {"linear": linear_warp(warp.keytimes)}
+    if len(warp.keytimes) > 2:
+        warps["spline"] = spline_warp(warp.keytimes, rate=float(motion.rate))
+    warps[method] = warp
+    plot_warps(warps, motion=motion, path=path, title=motion.name, explanation=explanation, overwrite=overwrite)
 
 
 def _named(warps: Mapping[str, Warp] | Sequence[Warp]) -> dict[str, Warp]:

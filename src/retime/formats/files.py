@@ -82,7 +82,7 @@ def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, ov
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
-    _sync_folder(place.parent)
+    sync_folder(place.parent)
 
 
 def _rename_to_free_name(beside: Path, place: Path, path: Path) -> None:
@@ -100,7 +100,8 @@ def _rename_to_free_name(beside: Path, place: Path, path: Path) -> None:
         beside.unlink()
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
+    """Put on the disk which names a folder holds."""
     if os.name == "nt":
         return
     handle = os.open(folder, os.O_RDONLY)

@@ -16,7 +16,7 @@ class Step:
     label : str
         What it was, for the undo menu.
     gesture : str
-        Edits of one gesture are one step.
+        The gesture that may go on with it; "" where it is over.
     document : Document
         What it made.
     """
@@ -44,7 +44,7 @@ class History:
     >>> from retime.project.document import ClipFile
     >>> history = History(Document((ClipFile("walk.bvh"),)))
     >>> shorter = replace(history.present, length="65%")
-    >>> history = history.edit(shorter, label="set length", gesture="g1")
+    >>> history = history.edit(shorter, label="set length")
     >>> history.undo().present.length, history.undo().redo().present.length
     (None, '65%')
     """
@@ -68,23 +68,41 @@ class History:
         """What `redo` would do again."""
         return self.undone[-1].label if self.undone else None
 
-    def edit(self, document: Document, *, label: str, gesture: str) -> History:
-        """Take a new value; one of the gesture that the last step is from becomes part of that step.
+    def edit(self, document: Document, *, label: str, gesture: str = "", done: bool = True) -> History:
+        """Take a new value.
 
-        A gesture that ends where it began leaves no step, and what was undone stays undone only where nothing was done
-        since.
+        A gesture is one step, however many edits it has. One that ends where it began leaves no step.
+
+        Parameters
+        ----------
+        document : Document
+            The new value.
+        label : str
+            What was done.
+        gesture : str
+            Which gesture it is part of; "" where it is one by itself.
+        done : bool
+            Whether that is over.
         """
-        going_on = bool(self.done) and self.done[-1].gesture == gesture and not self.undone
-        before = replace(self, done=self.done[:-1]) if going_on else self
+        going_on = gesture != "" and bool(self.done) and self.done[-1].gesture == gesture and not self.undone
+        before = replace(self, done=self.done[:-1]) if going_on else self.sealed()
         if document == before.present:
-            return before if going_on else self
-        return replace(before, done=(*before.done, Step(label, gesture, document)), undone=())
+            return before
+        step = Step(label, "" if done else gesture, document)
+        return replace(before, done=(*before.done, step), undone=())
+
+    def sealed(self) -> History:
+        """Let no gesture go on with the last step."""
+        if not self.done or not self.done[-1].gesture:
+            return self
+        return replace(self, done=(*self.done[:-1], replace(self.done[-1], gesture="")))
 
     def undo(self) -> History:
         """Take back the last step; nothing, where there is none."""
         if not self.done:
             return self
-        return replace(self, done=self.done[:-1], undone=(*self.undone, self.done[-1]))
+        last = replace(self.done[-1], gesture="")
+        return replace(self, done=self.done[:-1], undone=(*self.undone, last)).sealed()
 
     def redo(self) -> History:
         """Do again the step taken back last; nothing, where there is none."""

@@ -15,7 +15,7 @@ from retime.formats.joint_map import read_joint_map
 from retime.formats.registry import read
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.motion.timecode import parse_frame_range, parse_length
+from retime.motion.timecode import parse_frame_range
 from retime.project.document import ClipFile, Document, Key, ReferenceFile
 from retime.warp.control import Lock
 from retime.warp.curve import Warp
@@ -246,26 +246,43 @@ def ghosts(solution: Solution) -> tuple[Warp, Warp]:
         return linear_warp(keytimes), spline_warp(keytimes, rate=float(solution.sources.clips[0].rate))
 
 
-def key_at_fault(error: Exception, document: Document, clip: AnyClip, last: Document | None) -> str | None:
-    """Return the id of the key that an error speaks of, if it is one.
+@dataclass(frozen=True)
+class Fault:
+    """What an error speaks of; ids of a document's key or lock."""
 
-    Of the two ends of a span it is the one that differs from the last document that could be solved.
+    key: str | None = None
+    lock: str | None = None
+
+
+def fault_of(error: Exception, document: Document, clip: AnyClip | None, last: Document | None) -> Fault:
+    """Say which key or lock is at fault, if it is one.
+
+    Parameters
+    ----------
+    error : Exception
+        From `DocumentSolver.solve`.
+    document : Document
+        What was to be solved.
+    clip : Motion or Signal, optional
+        Its first clip.
+    last : Document, optional
+        The last one that could be solved: of the two ends of a span the one that was changed since is at fault.
     """
-    if not isinstance(error, InfeasibleWarpError) or error.span is None or not document.keys:
-        return None
-    try:
-        keytimes = as_keytimes(clip, document.length, [key_of(key) for key in document.keys])
-    except OptionError:
-        return None
-    times = {keytime.output_time for keytime in sorted(keytimes)[error.span : error.span + 2]}
+    for lock in document.locks:
+        try:
+            text = f"the lock {Lock(lock.start, lock.end, lock.slowest, lock.fastest)} "
+        except OptionError:
+            return Fault(lock=lock.id)
+        if text in str(error):
+            return Fault(lock=lock.id)
+    times = {key.output_time for key in document.keys if f"output time {key.output_time:g} s" in str(error)}
+    if isinstance(error, InfeasibleWarpError) and error.span is not None and clip is not None:
+        try:
+            keytimes = as_keytimes(clip, document.length, [key_of(key) for key in document.keys])
+        except OptionError:
+            keytimes = ()
+        times = {keytime.output_time for keytime in sorted(keytimes)[error.span : error.span + 2]}
     suspects = [key for key in document.keys if key.output_time in times]
     before = () if last is None else last.keys
-    moved = [key for key in suspects if key not in before]
-    return (moved or suspects)[-1].id if suspects else None
-
-
-def n_output_frames(document: Document, clip: AnyClip) -> int | None:
-    """Return how many frames a document's length is, where it says it."""
-    if document.length in (None, "free"):
-        return None
-    return parse_length(str(document.length), clip.n_frames, clip.rate)
+    changed = [key for key in suspects if key not in before]
+    return Fault(key=(changed or suspects)[-1].id) if suspects else Fault()

@@ -166,6 +166,8 @@ def _convert_plain(kind: Any, value: Any, where: str) -> Any:
     if kind is str:
         if not isinstance(value, str):
             raise FormatError(f"{where}: expected text, found {_shown(value)}")
+        if not value.isascii() and any("\ud800" <= letter <= "\udfff" for letter in value):
+            raise FormatError(f"{where}: half a letter (a lone surrogate) in {_shown(value)}")
         return value
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise FormatError(f"{where}: expected a number, found {_shown(value)}")

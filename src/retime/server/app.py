@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import re
+import secrets
+import shutil
 import socket
 import sys
 from collections.abc import AsyncIterator, Callable
+from importlib.metadata import version
 from pathlib import Path
 
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from retime.errors import FormatError
 from retime.formats.registry import FORMATS
-from retime.project.document import Document
 from retime.project.places import Places
+from retime.project.work import Work
 from retime.server import messages
-from retime.server.guard import Guard
+from retime.server.guard import BodyTooLarge, Guard
 from retime.server.messages import read_message, write_message
 from retime.server.session import EditorSession, Outbox
 
@@ -32,14 +36,32 @@ MAX_MESSAGE = 4 << 20
 
 
 class Editor:
-    """The application and its session."""
+    """The application and its session.
 
-    def __init__(self, places: Places, document: Document, *, page: Path = PAGE) -> None:
-        self._places = places
-        self._document = document
+    Parameters
+    ----------
+    work : Work
+        What to edit.
+    places : Places
+        Where it may read and write.
+    state : Path
+        Folder for what has no place of its own.
+    page : Path
+        Folder of the page that npm built.
+    """
+
+    def __init__(self, work: Work, places: Places, state: Path, *, page: Path = PAGE) -> None:
+        self._work, self._places, self._state = work, places, state
         self._session: EditorSession | None = None
-        routes = [WebSocketRoute("/socket", self._socket), Route("/health", self._health)]
+        # Files that are dropped keep their names, and an AMC finds its ASF: one folder for all of this run.
+        self._drops = state / "dropped" / secrets.token_hex(8)
+        routes: list[BaseRoute] = [
+            WebSocketRoute("/socket", self._socket),
+            Route("/drop", self._drop, methods=["POST"]),
+            Route("/health", self._health),
+        ]
         if (page / "index.html").is_file():
+            # It resolves every path, and serves what is inside the folder only.
             routes.append(Mount("/", StaticFiles(directory=page, html=True)))
         else:
             routes.append(Route("/", self._no_page))
@@ -47,9 +69,12 @@ class Editor:
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
-        self._session = EditorSession(self._places, self._document)
+        session = self._session = EditorSession(self._work, self._places, self._state)
         yield
-        self._session.close()
+        await session.close()
+        used = session.files()
+        if self._drops.is_dir() and not any(Path(path).is_relative_to(self._drops) for path in used):
+            shutil.rmtree(self._drops)
 
     async def _health(self, request: Request) -> Response:
         return PlainTextResponse("ok")
@@ -57,30 +82,44 @@ class Editor:
     async def _no_page(self, request: Request) -> Response:
         return PlainTextResponse(NO_PAGE, 501)
 
+    async def _drop(self, request: Request) -> Response:
+        """Keep a file that was dropped on the page, and answer with its path."""
+        assert self._session is not None
+        name = request.query_params.get("name", "")
+        if not name.isprintable() or not _PLAIN_NAME.fullmatch(name):
+            return PlainTextResponse("a dropped file needs a plain name", 400)
+        try:
+            data = await request.body()
+            place = await asyncio.to_thread(self._session.drop, name, data, self._drops)
+        except BodyTooLarge as error:
+            return PlainTextResponse(str(error), 413)
+        except FormatError as error:
+            return PlainTextResponse(str(error), 415)
+        except OSError as error:
+            return PlainTextResponse(error.strerror or "it can't be written", 507)
+        return JSONResponse({"path": str(place)})
+
     async def _socket(self, socket: WebSocket) -> None:
-        await socket.accept()
         session = self._session
         assert session is not None
+        await socket.accept()
         page = Outbox()
         sender: asyncio.Task[None] | None = None
         try:
-            hello = read_message(await socket.receive_text())
-            if not isinstance(hello, messages.Hello):
-                raise FormatError('expected "hello" first')
-            opens = tuple(suffix for known in FORMATS for suffix in known.suffixes)
-            welcome = messages.Welcome(messages.VERSION, _version(), opens)
-            await socket.send_text(str(write_message(welcome)))
-            if hello.version != messages.VERSION:
-                await socket.close(1000)
+            if not await _greeted(socket):
                 return
             session.join(page)
             sender = asyncio.create_task(_send_all(socket, page))
             while True:
-                session.handle(page, read_message(await socket.receive_text()))
-        except FormatError as error:
-            # A page that does not speak the language is of another version, or no page.
-            await socket.close(1003, str(error)[:120])
+                text = await socket.receive_text()
+                try:
+                    message = read_message(text)
+                except FormatError as error:
+                    session.refuse(page, error)
+                else:
+                    session.handle(page, message)
         except (WebSocketDisconnect, KeyError):
+            # A KeyError is a binary message; pages send none.
             pass
         finally:
             session.leave(page)
@@ -88,10 +127,26 @@ class Editor:
                 sender.cancel()
 
 
-def _version() -> str:
-    from importlib.metadata import version
+# No separator of any system, no leading dot or dash, nothing that a shell or a terminal would take amiss.
+_PLAIN_NAME = re.compile(r"[^\W_][\w .()+,=@~-]{0,150}\.\w{1,8}")
 
-    return version("retime")
+
+async def _greeted(socket: WebSocket) -> bool:
+    """Exchange versions; whether the page speaks ours."""
+    try:
+        hello = read_message(await socket.receive_text())
+        if not isinstance(hello, messages.Hello):
+            raise FormatError('expected "hello" first')
+    except FormatError as error:
+        await socket.close(1003, str(error)[:120])
+        return False
+    opens = tuple(suffix for known in FORMATS for suffix in known.suffixes)
+    welcome = messages.Welcome(messages.VERSION, version("retime"), opens)
+    await socket.send_text(str(write_message(welcome)))
+    if hello.version != messages.VERSION:
+        await socket.close(1003, "the page is of another version than its server: load it again")
+        return False
+    return True
 
 
 async def _send_all(socket: WebSocket, page: Outbox) -> None:

@@ -158,7 +158,7 @@ def _capped(receive: Receive) -> Receive:
         message = await receive()
         seen += len(message.get("body", b""))
         if seen > MAX_BODY:
-            raise BodyTooLarge
+            raise BodyTooLarge(f"the body has more than {MAX_BODY} bytes, the limit")
         return message
 
     return counted

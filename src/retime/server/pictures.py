@@ -9,8 +9,9 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.project.document import Document
 from retime.project.solve import Solution, Sources, ghosts
-from retime.server.messages import BINDINGS, Clip, Curve, Why
+from retime.server.messages import BINDINGS, Clip, Curve, Kept, Why
 from retime.warp.apply import output_frame_times
+from retime.warp.curve import Warp
 
 
 def clip_messages(document: Document, sources: Sources) -> list[Clip]:
@@ -95,6 +96,11 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
         spline_input_times=spline.input_times,
         costs=np.zeros(0) if search is None else np.concatenate([[np.nan], search.path.scores, [np.nan]]),
     )
+
+
+def kept_message(name: str, warp: Warp) -> Kept:
+    """Draw a warp kept for comparison."""
+    return Kept(name, warp.output_times, warp.input_times)
 
 
 def why_message(revision: int, solution: Solution) -> Why | None:

@@ -46,10 +46,12 @@ class LatestOnly(Generic[Job]):
             self._errands.append(errand)
             self._changed.notify()
 
-    @property
-    def waiting(self) -> bool:
-        """Whether a job was asked for that is not begun."""
-        return self._latest is not None
+    def idle(self, seconds: float) -> bool:
+        """Wait so long for something to do; whether there is still nothing. Called in the thread, between two."""
+        with self._changed:
+            return not self._changed.wait_for(
+                lambda: not self._open or self._latest is not None or self._errands, timeout=seconds
+            )
 
     def close(self) -> None:
         """Begin nothing more, and wait for what is at work."""

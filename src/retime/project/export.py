@@ -1,0 +1,54 @@
+"""A document's warp, written to files: exactly what `retime warp` writes for the same settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from retime.errors import FormatError, OptionError
+from retime.formats.registry import write
+from retime.formats.warp_file import write_warp
+from retime.motion.signal import Signal
+from retime.project.document import Document
+from retime.project.file import files_of
+from retime.project.solve import Solution
+from retime.warp.apply import apply_warp
+
+
+def check_no_input(place: Path, document: Document) -> None:
+    """Refuse a place that is an input: one is never overwritten; raise OptionError."""
+    for path in files_of(document):
+        try:
+            same = place.samefile(path)
+        except OSError:
+            same = place.resolve() == Path(path).resolve()
+        if same:
+            raise OptionError(f"{place} is an input; choose another place, an input is never overwritten")
+
+
+def export_motion(solution: Solution, clip: int, place: Path, *, overwrite: bool) -> None:
+    """Write a clip with its new timing.
+
+    Raises
+    ------
+    OptionError
+        The document has no such clip, or the place is an input.
+    OutputExistsError, FormatError, OSError
+        It can't be written.
+    """
+    check_no_input(place, solution.document)
+    if not 0 <= clip < len(solution.sources.clips):
+        raise OptionError(f"the document has {len(solution.sources.clips)} clips; there is no number {clip}")
+    motion = solution.sources.clips[clip]
+    average = solution.document.options.average
+    if isinstance(motion, Signal):
+        write(apply_warp(motion, solution.warp, average=average), place, overwrite=overwrite)
+    else:
+        write(apply_warp(motion, solution.warp, average=average), place, overwrite=overwrite)
+
+
+def export_warp(solution: Solution, place: Path, *, overwrite: bool) -> None:
+    """Write the warp, for `retime apply` and `retime plot`; errors are those of `export_motion`."""
+    check_no_input(place, solution.document)
+    if place.suffix.lower() != ".json":
+        raise FormatError("a warp's name ends in .json", path=place)
+    write_warp(solution.warp, place, overwrite=overwrite)

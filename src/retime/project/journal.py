@@ -1,0 +1,318 @@
+"""Autosave: a file that grows by a line for everything that is done.
+
+A line is on the disk before the page is told that the edit is safe. A line that was cut off when the machine or the
+program died fails its checksum and counts as not written; all before it counts. What can't be written (the disk is
+full) leaves the lines before it as they were, and the next write begins the file anew.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import secrets
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from retime.errors import FormatError, OptionError
+from retime.formats.files import read_bytes, sync_folder
+from retime.formats.options import Limits
+from retime.project.document import Document
+from retime.project.file import read_warps
+from retime.project.history import History
+from retime.project.values import from_value, parse_json, to_value
+from retime.warp.curve import Warp
+
+VERSION = 1
+# A journal larger than this, and than twice what its history needs, is written anew.
+_LARGE = 4 << 20
+
+
+@dataclass(frozen=True)
+class Edit:
+    """An edit as it is written down; see `History.edit`."""
+
+    document: Document
+    label: str
+    gesture: str
+    done: bool
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """What a journal holds.
+
+    Attributes
+    ----------
+    history : History
+        The document and its steps.
+    warps : dict of str to Warp
+        Those that its documents keep.
+    base : str
+        Digest of the project file that the journal began with; "" where there was none.
+    saves : tuple of (str, Document)
+        For each save begun the digest of the file to be, and what it holds; the latest last.
+    """
+
+    history: History
+    warps: dict[str, Warp] = field(default_factory=dict)
+    base: str = ""
+    saves: tuple[tuple[str, Document], ...] = ()
+
+
+def read_journal(path: Path) -> Recovered:
+    """Read a journal up to the first line that is not whole.
+
+    Raises
+    ------
+    FormatError
+        Not one whole line of a journal.
+    OSError
+        It can't be opened.
+    """
+    lines = list(_whole_lines(read_bytes(path, Limits())))
+    head = lines[0] if lines else None
+    if not isinstance(head, dict) or head.get("format") != "retime-journal" or head.get("version") != VERSION:
+        raise FormatError("not a journal that this program reads", path=path)
+    try:
+        return _replayed(head, lines[1:])
+    except (FormatError, KeyError) as error:
+        raise FormatError(f"not a journal that this program wrote: {error}", path=path) from None
+
+
+def _replayed(head: dict[str, Any], lines: list[dict[str, Any]]) -> Recovered:
+    history = History(from_value(Document, head["start"], "start"))
+    warps: dict[str, Warp] = {}
+    saves = []
+    for line in lines:
+        match line["did"]:
+            case "edit":
+                document = from_value(Document, line["document"], "document")
+                history = history.edit(
+                    document, label=str(line["label"]), gesture=str(line["gesture"]), done=line["done"] is True
+                )
+            case "undo":
+                history = history.undo()
+            case "redo":
+                history = history.redo()
+            case "keep":
+                warps |= read_warps({line["id"]: line["warp"]})
+            case "save":
+                saves.append((str(line["digest"]), history.present))
+            case other:
+                raise FormatError(f"{other!r} is nothing that is done")
+    return Recovered(history, warps, str(head["base"]), tuple(saves))
+
+
+def _whole_lines(data: bytes) -> Iterable[dict[str, Any]]:
+    for line in data.split(b"\n")[:-1]:
+        checksum, _, text = line.partition(b" ")
+        if checksum != _checksum(text):
+            return
+        value = parse_json(text)
+        if not isinstance(value, dict):
+            return
+        yield value
+
+
+def _checksum(text: bytes) -> bytes:
+    return b"%08x" % zlib.crc32(text)
+
+
+def _line(value: Mapping[str, Any]) -> bytes:
+    text = json.dumps(value, allow_nan=False, ensure_ascii=True).encode()
+    return _checksum(text) + b" " + text + b"\n"
+
+
+class Journal:
+    """A journal that is written.
+
+    As long as it is open, no other editor can open it. Every method takes the history as it is afterwards, and the
+    warps that its documents keep: should the file have to be written anew, that is what it holds.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    OptionError
+        Another editor has it open.
+    OSError
+        Its folder can't be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._base = ""
+        self._file: BinaryIO | None = None
+        self._size = 0
+        self._least = 0
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._lock_path = path.with_name(path.name + ".lock")
+        self._lock = _locked(self._lock_path)
+
+    def recover(self) -> Recovered | None:
+        """Read what the file holds; None where there is none. See `read_journal`."""
+        return read_journal(self.path) if self.path.exists() else None
+
+    def set_aside(self) -> Path:
+        """Rename a file that is no use now, but that nobody said may go."""
+        for number in itertools.count(1):
+            place = self.path.with_name(f"{self.path.name}.old-{number}")
+            if not place.exists():
+                break
+        self.path.rename(place)
+        return place
+
+    def begin(self, history: History, warps: Mapping[str, Warp], base: str) -> None:
+        """Write the file, whole; `base` is the digest of the project file, "" where there is none."""
+        self._base = base
+        self._rewrite(history, warps)
+
+    def edit(self, edit: Edit, history: History, warps: Mapping[str, Warp]) -> None:
+        """Write down an edit."""
+        value = {"did": "edit", **to_value(edit)}
+        self._append(value, history, warps)
+
+    def undo(self, history: History, warps: Mapping[str, Warp]) -> None:
+        """Write down that a step was taken back; `history` is what that made."""
+        self._append({"did": "undo"}, history, warps)
+
+    def redo(self, history: History, warps: Mapping[str, Warp]) -> None:
+        """Write down that a step was done again; `history` is what that made."""
+        self._append({"did": "redo"}, history, warps)
+
+    def keep(self, name: str, warp: Warp, history: History, warps: Mapping[str, Warp]) -> None:
+        """Write down a warp that the next edit keeps."""
+        self._append({"did": "keep", "id": name, "warp": json.loads(warp.to_json())}, history, warps)
+
+    def save(self, digest: str, history: History, warps: Mapping[str, Warp]) -> None:
+        """Write down that the project is about to be saved: whether it was, its digest will tell."""
+        self._append({"did": "save", "digest": digest}, history, warps)
+
+    def _rewrite(self, history: History, warps: Mapping[str, Warp]) -> None:
+        """Write the file anew: beside its place, synced, renamed."""
+        head = {"format": "retime-journal", "version": VERSION, "base": self._base, "start": to_value(history.start)}
+        lines: list[Mapping[str, Any]] = [head]
+        lines += [{"did": "keep", "id": name, "warp": json.loads(warp.to_json())} for name, warp in warps.items()]
+        lines += [
+            {"did": "edit", **to_value(Edit(step.document, step.label, step.gesture, done=not step.gesture))}
+            for step in (*history.done, *reversed(history.undone))
+        ]
+        lines += [{"did": "undo"}] * len(history.undone)
+        data = b"".join(map(_line, lines))
+        beside = self.path.with_name(f".retime-{secrets.token_hex(8)}.tmp")
+        try:
+            file = beside.open("xb", buffering=0)
+            try:
+                _write_all(file, data)
+                os.fsync(file.fileno())
+                beside.replace(self.path)
+            except BaseException:
+                file.close()
+                raise
+        except BaseException:
+            beside.unlink(missing_ok=True)
+            self._abandon()
+            raise
+        sync_folder(self.path.parent)
+        if self._file is not None:
+            self._file.close()
+        self._file, self._size, self._least = file, len(data), len(data)
+
+    def _append(self, value: Mapping[str, Any], history: History, warps: Mapping[str, Warp]) -> None:
+        if self._file is None or self._size > max(_LARGE, 2 * self._least):
+            # Something could not be written before; or a long drag wrote the same key a thousand times.
+            self._rewrite(history, warps)
+            if value["did"] == "save":
+                self._append(value, history, warps)
+            return
+        line = _line(value)
+        try:
+            _write_all(self._file, line)
+            os.fsync(self._file.fileno())
+        except BaseException:
+            self._abandon()
+            raise
+        self._size += len(line)
+
+    def _abandon(self) -> None:
+        """Go back to what is whole; the next write begins anew, for what comes after may build on what is missing."""
+        if self._file is None:
+            return
+        try:
+            os.ftruncate(self._file.fileno(), self._size)
+        finally:
+            self._file.close()
+            self._file = None
+
+    def close(self, *, remove: bool = False) -> None:
+        """Let go of it; remove the file where nothing in it is worth recovering."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+        if remove:
+            self.path.unlink(missing_ok=True)
+        # Its holder alone removes a lock, while it holds it.
+        self._lock_path.unlink(missing_ok=True)
+        self._lock.close()
+
+
+def _write_all(file: BinaryIO, data: bytes) -> None:
+    """Write all bytes: an unbuffered file may take fewer than it is given."""
+    view = memoryview(data)
+    while view:
+        view = view[file.write(view) :]
+
+
+def _locked(path: Path) -> BinaryIO:
+    """Open and lock a file."""
+    while True:
+        file = path.open("ab")
+        try:
+            import fcntl
+
+            fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:
+            # Windows has no such lock. There a file that is open can't be replaced by another program, nor removed.
+            return file
+        except OSError:
+            file.close()
+            raise OptionError(f"{path}: another editor has this open; close it first") from None
+        if _is_at(file, path):
+            return file
+        # Its holder removed it between our opening and our locking it: what we hold is nobody's.
+        file.close()
+
+
+def _is_at(file: BinaryIO, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def find_recovery(recovered: Recovered, digest: str) -> Document | None:
+    """Say which document the project file holds, as a journal knows it.
+
+    Parameters
+    ----------
+    recovered : Recovered
+        From `read_journal`.
+    digest : str
+        Of the project file as it is; "" where there is none.
+
+    Returns
+    -------
+    Document or None
+        None: the journal belongs to another version of the file.
+    """
+    for known, document in reversed(recovered.saves):
+        if known == digest:
+            return document
+    return recovered.history.start if recovered.base == digest else None
