@@ -3,49 +3,122 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 #include "simd.hpp"
 
 namespace retime {
 
-// best[b] = min over a of cost[a] + f[a][b], the smaller a in a tie; step[b] = that a, 0 where all are inf.
-template <int kSteps>
-RETIME_INLINE void extend_fixed(const double* cost, const double* f, double* best, uint8_t* step) {
-    double least[kSteps];
-    double from[kSteps];
-    for (int b = 0; b < kSteps; ++b) least[b] = std::numeric_limits<double>::infinity(), from[b] = 0.0;
-    for (int a = 0; a < kSteps; ++a)
-        for (int b = 0; b < kSteps; ++b) {
-            const double total = cost[a] + f[a * kSteps + b];
-            const bool better = total < least[b];
-            least[b] = better ? total : least[b];
-            from[b] = better ? static_cast<double>(a + 1) : from[b];
-        }
-    for (int b = 0; b < kSteps; ++b) best[b] = least[b], step[b] = static_cast<uint8_t>(from[b]);
+// How many steps b a kernel takes at a time. Vectors of the compiler's own, as wide as the registers: left to itself it keeps such sums
+// in memory, and so it does with wider ones.
+#if defined(__GNUC__)
+struct OneStep {
+    typedef double Sums;
+    typedef int64_t Steps;
+};
+struct TwoSteps {
+    typedef double Sums __attribute__((vector_size(16)));
+    typedef int64_t Steps __attribute__((vector_size(16)));
+};
+struct FourSteps {
+    typedef double Sums __attribute__((vector_size(32)));
+    typedef int64_t Steps __attribute__((vector_size(32)));
+};
+struct EightSteps {
+    typedef double Sums __attribute__((vector_size(64)));
+    typedef int64_t Steps __attribute__((vector_size(64)));
+};
+#else
+struct OneStep {
+    using Sums = double;
+    using Steps = int64_t;
+};
+using TwoSteps = OneStep;
+#endif
+
+// Asks for a cache line that will be read soon.
+RETIME_INLINE void prefetch(const void* place) {
+#if defined(__GNUC__)
+    __builtin_prefetch(place);
+#else
+    (void)place;
+#endif
 }
 
-RETIME_INLINE void extend_any(int64_t s, const double* cost, const double* f, double* best, uint8_t* step) {
-    std::fill(best, best + s, std::numeric_limits<double>::infinity());
-    std::fill(step, step + s, uint8_t{0});
-    for (int64_t a = 0; a < s; ++a) {
-        if (cost[a] == std::numeric_limits<double>::infinity()) continue;
-        for (int64_t b = 0; b < s; ++b) {
-            const double total = cost[a] + f[a * s + b];
-            if (total < best[b]) best[b] = total, step[b] = static_cast<uint8_t>(a + 1);
+// Costs are kept where a step begins: leaving[j * s + b - 1] is that of the best path whose last step goes from frame j to j + b. So
+// what a frame computes is one row, stored at once, and the frames ahead read single numbers of it:
+//
+//   best[b] = charge + min over nearest <= a <= farthest of  leaving[(j - a) * s + a - 1] + f[a - 1][b],  the smaller a in a tie;
+//
+// step[b] is that a. The farthest a comes first: the nearest frame's row was stored just before.
+template <typename Lanes, int kPacks>
+RETIME_INLINE void extend_packs(int64_t s, const double* leaving, const double* f, int64_t nearest, int64_t farthest, double charge, double* best,
+                                uint8_t* step) {
+    using Sums = typename Lanes::Sums;
+    using Steps = typename Lanes::Steps;
+    constexpr int kLanes = sizeof(Sums) / sizeof(double);
+    Sums least[kPacks];
+    Steps from[kPacks];
+    for (int pack = 0; pack < kPacks; ++pack) least[pack] = std::numeric_limits<double>::infinity() - Sums{}, from[pack] = Steps{};
+    for (int64_t a = farthest; a >= nearest; --a) {
+        const double cost = leaving[a - 1 - a * s];
+        for (int pack = 0; pack < kPacks; ++pack) {
+            Sums total;
+            std::memcpy(&total, f + (a - 1) * s + pack * kLanes, sizeof total);
+            total += cost;
+            const Steps better = total <= least[pack];
+            least[pack] = better ? total : least[pack];
+            from[pack] = better ? Steps{} + a : from[pack];
         }
+    }
+    for (int pack = 0; pack < kPacks; ++pack) {
+        const Sums sum = least[pack] + charge;
+        std::memcpy(best + pack * kLanes, &sum, sizeof sum);
+        int64_t each[kLanes];
+        std::memcpy(each, &from[pack], sizeof each);
+        for (int b = 0; b < kLanes; ++b) step[pack * kLanes + b] = static_cast<uint8_t>(each[b]);
     }
 }
 
-RETIME_INLINE void extend(int64_t s, const double* cost, const double* f, double* best, uint8_t* step) {
-    if (s == 8)
-        extend_fixed<8>(cost, f, best, step);
-    else if (s == 4)
-        extend_fixed<4>(cost, f, best, step);
-    else if (s == 16)
-        extend_fixed<16>(cost, f, best, step);
-    else
-        extend_any(s, cost, f, best, step);
+// All steps b = 1 to s out of frame j; leaving, best and step are the rows of that frame, f its scores.
+template <typename Lanes>
+RETIME_INLINE void extend(int64_t s, const double* leaving, const double* f, int64_t nearest, int64_t farthest, double charge, double* best,
+                          uint8_t* step) {
+    constexpr int64_t kLanes = sizeof(typename Lanes::Sums) / sizeof(double);
+    constexpr int kEight = kLanes < 8 ? 8 / kLanes : 1;
+    if (s == 8 && nearest == 1 && farthest == 8) return extend_packs<Lanes, kEight>(8, leaving, f, 1, 8, charge, best, step);
+    int64_t b = 0;
+    for (; b + kLanes * kEight <= s; b += kLanes * kEight)
+        extend_packs<Lanes, kEight>(s, leaving, f + b, nearest, farthest, charge, best + b, step + b);
+    if (b == s) return;
+    if (s >= kLanes) {
+        for (; b < s; b += kLanes) {
+            // The last ones may overlap those before: the same again.
+            const int64_t first = std::min(b, s - kLanes);
+            extend_packs<Lanes, 1>(s, leaving, f + first, nearest, farthest, charge, best + first, step + first);
+        }
+        return;
+    }
+    if constexpr (kLanes > 4)
+        if (s >= 4) {
+            extend_packs<FourSteps, 1>(s, leaving, f, nearest, farthest, charge, best, step);
+            if (s > 4) extend_packs<FourSteps, 1>(s, leaving, f + s - 4, nearest, farthest, charge, best + s - 4, step + s - 4);
+            return;
+        }
+    for (; b < s; ++b) extend_packs<OneStep, 1>(s, leaving, f + b, nearest, farthest, charge, best + b, step + b);
 }
+
+// Defines the versions of a kernel from one body, a template over the steps taken at a time.
+#define RETIME_STEP_VERSIONS(result, kernel, parameters, arguments)                   \
+    result kernel##_plain parameters { return kernel##_body<TwoSteps> arguments; }     \
+    RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)
+#if RETIME_X86
+#define RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)                            \
+    RETIME_AVX2 result kernel##_avx2 parameters { return kernel##_body<FourSteps> arguments; }      \
+    RETIME_AVX512 result kernel##_avx512 parameters { return kernel##_body<EightSteps> arguments; }
+#else
+#define RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)
+#endif
 
 }  // namespace retime

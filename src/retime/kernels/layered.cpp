@@ -3,8 +3,8 @@
 //   c_1(0, j)     = 0
 //   c_p+1(j, k)   = min over a of  c_p(j - a, j) + f(j - a, j, k)
 //
-// A vertex (j, k) is kept as (k, b) with b = k - j. Invariant: after layer p, cost(k, b) is the least total of any path that
-// stands at frame k in position p, came there by a step b, and has met every anchor so far; inf where there is none. Ties go to the
+// A vertex (j, k) is kept as (j, b) with b = k - j. Invariant: after layer p, cost(j, b) is the least total of any path that
+// stands at frame j in position p - 1, goes on by a step b, and has met every anchor so far; inf where there is none. Ties go to the
 // smaller step a, read back from the end. Only frames from which the next anchor can still be met are kept (the band). The steps that
 // won are one byte each; where all of them would not fit in memory, costs are kept every so many layers and the layers
 // between two such checkpoints are swept again on the way back.
@@ -27,22 +27,19 @@ struct Band {
     size_t size() const { return high < low ? 0 : static_cast<size_t>(high - low + 1); }
 };
 
-RETIME_INLINE void advance_body(const double* scores, int64_t s, const Band& here, const Band& there, const double* cost, double* next, uint8_t* won) {
-    std::vector<double> best(s);
-    std::vector<uint8_t> step(s);
+// The costs that leave the frames of `here`, from those that left the frames of `before`, one position earlier.
+template <typename Lanes>
+RETIME_INLINE void advance_body(const double* scores, int64_t s, const Band& before, const Band& here, const double* cost, double* next, uint8_t* won) {
     for (int64_t j = here.low; j <= here.high; ++j) {
-        extend(s, cost + (j - here.low) * s, scores + j * s * s, best.data(), step.data());
-        for (int64_t b = 1; b <= s; ++b) {
-            const int64_t k = j + b;
-            if (k >= there.low && k <= there.high) next[(k - there.low) * s + b - 1] = best[b - 1];
-        }
-        if (won) std::copy(step.begin(), step.end(), won + (j - here.low) * s);
+        const int64_t row = (j - here.low) * s;
+        extend<Lanes>(s, cost + (j - before.low) * s, scores + j * s * s, std::max<int64_t>(1, j - before.high), std::min(s, j - before.low), 0.0,
+                      next + row, won + row);
     }
 }
 
-RETIME_VERSIONS(void, advance,
-                (const double* scores, int64_t s, const Band& here, const Band& there, const double* cost, double* next, uint8_t* won),
-                (scores, s, here, there, cost, next, won))
+RETIME_STEP_VERSIONS(void, advance,
+                     (const double* scores, int64_t s, const Band& before, const Band& here, const double* cost, double* next, uint8_t* won),
+                     (scores, s, before, here, cost, next, won))
 
 class Layers {
   public:
@@ -63,20 +60,13 @@ class Layers {
     int64_t last() const { return static_cast<int64_t>(bands_.size()) - 1; }
     const Band& band(int64_t p) const { return bands_[p]; }
     size_t widest() const { return widest_; }
-    size_t states(int64_t p) const { return bands_[p].size() * s_; }
 
-    void start(std::vector<double>& cost) const {
-        const Band& band = bands_[1];
-        cost.assign(states(1), kInf);
-        for (int64_t k = band.low; k <= band.high; ++k) {
-            if (k >= 1 && k <= s_) cost[(k - band.low) * s_ + k - 1] = start_cost_[k - 1];
-        }
-    }
+    void start(std::vector<double>& cost) const { cost.assign(start_cost_, start_cost_ + s_); }
 
-    // From layer p to p + 1. won: the step a of the best path into each (j, b), 0 where there is none.
+    // From layer p to p + 1. won: the step a of the best path into each (j, b), of no meaning where there is none.
     void advance(int64_t p, const std::vector<double>& cost, std::vector<double>& next, uint8_t* won) const {
-        next.assign(states(p + 1), kInf);
-        RETIME_CALL(advance, scores_, s_, bands_[p], bands_[p + 1], cost.data(), next.data(), won);
+        next.resize(bands_[p].size() * s_);
+        RETIME_CALL(advance, scores_, s_, bands_[p - 1], bands_[p], cost.data(), next.data(), won);
     }
 
   private:
@@ -105,19 +95,20 @@ Path layered_path(const PathProblem& problem, size_t memory_limit) {
     int64_t p = 0, b = 0;
     std::vector<std::vector<double>> checkpoints;
     std::vector<double> cost, next;
-    std::vector<uint8_t> won(row * static_cast<size_t>(block));
+    std::vector<uint8_t> won(row * static_cast<size_t>(block) + (one_block ? 0 : row));
+    uint8_t* const unused = won.data() + row * static_cast<size_t>(block);
     layers.start(cost);
     for (int64_t q = 1;; ++q) {
         // A shorter path wins a tie, then the smaller last step.
-        const Band& band = layers.band(q);
+        const Band &band = layers.band(q), &before = layers.band(q - 1);
         if (q >= first_end && end_frame >= band.low && end_frame <= band.high)
-            for (int64_t a = 1; a <= s; ++a) {
-                const double total = cost[(end_frame - band.low) * s + a - 1] + problem.end_cost[a - 1];
+            for (int64_t a = std::max<int64_t>(1, end_frame - before.high); a <= std::min(s, end_frame - before.low); ++a) {
+                const double total = cost[(end_frame - a - before.low) * s + a - 1] + problem.end_cost[a - 1];
                 if (total < path.total) path.total = total, p = q, b = a;
             }
         if (q == last) break;
         if ((q - 1) % block == 0) checkpoints.push_back(cost);
-        layers.advance(q, cost, next, one_block ? won.data() + (q - 1) * row : nullptr);
+        layers.advance(q, cost, next, one_block ? won.data() + (q - 1) * row : unused);
         cost.swap(next);
     }
     path.found = path.total < kInf;

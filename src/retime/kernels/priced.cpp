@@ -3,16 +3,18 @@
 // Relaxation: charge lambda_k for each step in the span k between two anchors and forget the positions. One sweep over the vertices
 // (frame, step) finds the best path of any length,
 //
-//   V(j + b, b) = min over a of  V(j, a) + f(j - a, j, j + b) + lambda(j),
+//   V(j, b) = lambda(j) + min over a of  V(j - a, a) + f(j - a, j, j + b),
 //
-// and V(end) - sum of lambda_k * (steps that span k must have) is a lower bound on every path that meets the anchors, whatever lambda.
+// where V(j, b) is the least priced cost of a path whose last step goes from frame j to j + b. Its least value at the end, Phi, less the
+// sum of lambda_k * (steps that span k must have) is a lower bound on every path that meets the anchors, whatever lambda.
 //
-// Proof: with G(j, a) the least priced cost from vertex (j, a) to the end, a partial path with cost c at position p can't belong to a
-// path within `gap` of the bound if  c + price so far + G(j, a) > bound + gap.  So labels (position, cost) are carried over the other
-// vertices only. Invariant: after frame j, a label (p, j, a) holds the least cost of any path to (j, a) in position p that was not
-// ruled out; it is the value of the layered recurrence, computed by the same additions, so totals and ties agree with it to the last
-// bit. If labels reach the end within the gap, the best of them is optimal; else the gap widens. All labels survive at worst (scores
-// all equal): then it gives up before memory does, and the caller runs the layered recurrence.
+// Proof: with G the least priced cost from a vertex to the end, a path within `gap` of the bound uses only vertices with
+// V + G <= Phi + gap. Those are few: a walk back from the end finds them, and the edges between them (the corridor). Labels (position,
+// cost) are carried over the corridor only; they too are dropped where cost + price so far + G > Phi + gap. Invariant: a label holds
+// the least cost of any path to its vertex in its position that was not ruled out. It is the value of the layered recurrence, computed
+// by the same additions, so totals and ties agree with it to the last bit. If labels reach the end within the gap, the best of them is
+// optimal; else the gap widens. All of the vertices survive at worst (scores all equal): then it gives up before memory does, and the
+// caller runs the layered recurrence.
 
 #include "priced.hpp"
 
@@ -26,333 +28,511 @@ namespace retime {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
+// Frames that are asked for ahead of a sweep: it reads each score once, and would wait for memory.
+constexpr int64_t kAhead = 24;
+constexpr int64_t kLine = 64 / sizeof(double);
 
-struct Spans {
-    explicit Spans(const PathProblem& p) : s(static_cast<int64_t>(p.max_skip)), n(static_cast<int64_t>(p.n_input)) {
-        const auto& anchors = p.anchors;
-        count = anchors.size() - 1;
-        of.resize(n);
-        reach.resize(n);
-        size_t span = 0;
-        for (int64_t j = 0; j < n; ++j) {
-            while (span + 1 < count && j >= anchors[span + 1].frame) ++span;
-            of[j] = static_cast<int32_t>(span);
-            reach[j] = static_cast<int32_t>(std::min(s, anchors[span + 1].frame - j));
+struct Sweep {
+    std::vector<double> leaving;  // V(j, b) at j * s + b - 1
+    std::vector<uint8_t> won;     // at the same place: the step before
+    std::vector<int64_t> steps;   // of the best path, in each span
+    std::vector<double> spent;    // its scores in each span
+    double priced = kInf;         // Phi
+};
+
+// Walks back along the best path, which ends with a step `b`.
+void count_steps(const PathProblem& p, const std::vector<double>& price, int64_t b, Sweep& out) {
+    const int64_t s = static_cast<int64_t>(p.max_skip);
+    int64_t k = p.anchors.back().frame;
+    double until = out.priced;
+    for (size_t span = p.anchors.size() - 1; span-- > 0;) {
+        const int64_t from = p.anchors[span].frame;
+        int64_t steps = 0;
+        while (true) {
+            k -= b, ++steps;
+            if (k <= 0) break;
+            b = out.won[k * s + b - 1];
+            if (k == from) break;
+        }
+        const double before = k <= 0 ? 0.0 : out.leaving[(k - b) * s + b - 1];
+        out.steps[span] = steps;
+        out.spent[span] = until - before - price[span] * static_cast<double>(steps);
+        until = before;
+    }
+}
+
+template <typename Lanes>
+RETIME_INLINE void sweep_body(const PathProblem& p, const std::vector<double>& price, Sweep& out) {
+    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
+    const size_t count = p.anchors.size() - 1;
+    out.leaving.resize(static_cast<size_t>(n * s));
+    out.won.resize(static_cast<size_t>(n * s));
+    out.steps.assign(count, 0);
+    out.spent.assign(count, 0.0);
+    for (int64_t b = 1; b <= s; ++b) out.leaving[b - 1] = p.start_cost[b - 1] + price[0];
+    for (size_t span = 0; span < count; ++span) {
+        const int64_t from = p.anchors[span].frame, to = std::min(p.anchors[span + 1].frame, n - 2);
+        for (int64_t j = from + 1; j <= to; ++j) {
+            const double* f = p.scores + j * s * s;
+            const double* ahead = p.scores + std::min(j + kAhead, n - 1) * s * s;
+            for (int64_t line = 0; line < s * s; line += kLine) prefetch(ahead + line);
+            // The step that leaves an anchor belongs to the next span.
+            const double charge = price[j == p.anchors[span + 1].frame ? span + 1 : span];
+            extend<Lanes>(s, out.leaving.data() + j * s, f, 1, std::min(s, j - from), charge, out.leaving.data() + j * s, out.won.data() + j * s);
         }
     }
-
-    int64_t s, n;
-    size_t count;
-    std::vector<int32_t> of;     // the span of the step that leaves frame j
-    std::vector<int32_t> reach;  // the longest step from frame j that does not pass an anchor
-};
-
-// One sweep at given prices: the best path of any length, and what it spends in each span.
-struct Sweep {
-    std::vector<double> value;
-    std::vector<uint8_t> won;  // at (j, b): the step before it
-    std::vector<int64_t> steps;
-    std::vector<double> spent;
-    std::vector<int64_t> frames;
-    double priced = kInf;
-};
-
-RETIME_INLINE void sweep_body(const PathProblem& p, const Spans& spans, const std::vector<double>& price, Sweep& out) {
-    const int64_t s = spans.s, n = spans.n;
-    out.value.assign(n * s, kInf);
-    out.won.resize(n * s);
-    for (int64_t b = 1; b <= spans.reach[0]; ++b) out.value[b * s + b - 1] = p.start_cost[b - 1] + price[0];
-    std::vector<double> best(s);
-    for (int64_t j = 1; j + 1 < n; ++j) {
-        extend(s, out.value.data() + j * s, p.scores + j * s * s, best.data(), out.won.data() + j * s);
-        const double charge = price[spans.of[j]];
-        for (int64_t b = 1; b <= spans.reach[j]; ++b) out.value[(j + b) * s + b - 1] = best[b - 1] + charge;
-    }
-    int64_t last = 0;
     out.priced = kInf;
-    for (int64_t a = 1; a <= s; ++a) {
-        const double total = out.value[(n - 1) * s + a - 1] + p.end_cost[a - 1];
+    int64_t last = 0;
+    for (int64_t a = 1; a <= std::min(s, n - 1 - p.anchors[count - 1].frame); ++a) {
+        const double total = out.leaving[(n - 1 - a) * s + a - 1] + p.end_cost[a - 1];
         if (total < out.priced) out.priced = total, last = a;
     }
-    out.steps.assign(spans.count, 0);
-    out.spent.assign(spans.count, 0.0);
-    out.frames.clear();
-    if (!(out.priced < kInf)) return;
-    int64_t k = n - 1, b = last;
-    out.spent.back() += p.end_cost[b - 1];
-    out.frames.push_back(k);
-    while (true) {
-        const int64_t j = k - b;
-        const int32_t span = spans.of[j];
-        out.frames.push_back(j);
-        ++out.steps[span];
-        if (j == 0) {
-            out.spent[span] += p.start_cost[b - 1];
-            break;
-        }
-        const int64_t a = out.won[j * s + b - 1];
-        out.spent[span] += p.scores[(j * s + a - 1) * s + b - 1];
-        k = j, b = a;
-    }
-    std::reverse(out.frames.begin(), out.frames.end());
+    if (out.priced < kInf) count_steps(p, price, last, out);
 }
 
-// Least priced cost from every vertex to the end.
-RETIME_INLINE void to_go_body(const PathProblem& p, const Spans& spans, const std::vector<double>& price, std::vector<double>& out) {
-    const int64_t s = spans.s, n = spans.n;
-    out.assign(n * s, kInf);
-    for (int64_t a = 1; a <= s; ++a) out[(n - 1) * s + a - 1] = p.end_cost[a - 1];
-    std::vector<double> ahead(s);
-    for (int64_t j = n - 2; j >= 1; --j) {
-        const double charge = price[spans.of[j]];
-        for (int64_t b = 1; b <= s; ++b) ahead[b - 1] = b <= spans.reach[j] ? out[(j + b) * s + b - 1] + charge : kInf;
-        const double* f = p.scores + j * s * s;
-        for (int64_t a = 0; a < s; ++a) {
-            double least = kInf;
-            for (int64_t b = 0; b < s; ++b) least = std::min(least, f[a * s + b] + ahead[b]);
-            out[j * s + a] = least;
+RETIME_STEP_VERSIONS(void, sweep, (const PathProblem& p, const std::vector<double>& price, Sweep& out), (p, price, out))
+
+// The search for one span's price: a price at which the best path has too many steps, and one at which it has too few.
+class Bracket {
+  public:
+    // Where the search goes while only one side is known: that far, and three times as far each time after.
+    double price = 0.0, stride = 0.0;
+
+    void add(int64_t steps, double spent, int64_t least, int64_t most) {
+        exact_ = steps >= least && steps <= most;
+        target_ = steps > most ? most : steps < least ? least : steps;
+        here_ = spent + price * static_cast<double>(steps - (price > 0 ? most : least));
+        if (exact_) return;
+        Side& side = steps > most ? many_ : few_;
+        side = {price, spent, steps, static_cast<double>(std::abs(steps - target_)), true};
+        // The other side, where it has stayed for two turns, counts half: so that both move.
+        Side& other = steps > most ? few_ : many_;
+        const bool too_many = steps > most;
+        if (turned_ && too_many == too_many_) other.weight *= 0.5;
+        turned_ = true, too_many_ = too_many;
+        if (straddled()) {
+            meet_ = (few_.spent - many_.spent) / static_cast<double>(many_.steps - few_.steps);
+            ceiling_ = many_.spent + meet_ * static_cast<double>(many_.steps - (meet_ > 0 ? most : least));
         }
     }
-}
 
-// Labels at one frame: rows of costs, one row a position.
-struct Rows {
-    int64_t low = 0;  // position of the first row
-    std::vector<double> cost;
+    bool exact() const { return exact_; }
+    bool straddled() const { return many_.known && few_.known; }
+    // How much the bound may still rise for this span.
+    double loss() const { return exact_ ? 0.0 : straddled() ? std::max(0.0, ceiling_ - here_) : kInf; }
+    // How high the bound can get for this span, by the two paths that straddle.
+    double ceiling() const { return straddled() ? ceiling_ : kInf; }
 
-    double* at(int64_t position, int64_t s) {
-        if (cost.empty()) low = position;
-        if (position < low) {
-            cost.insert(cost.begin(), static_cast<size_t>((low - position) * s), kInf);
-            low = position;
+    // Moves on; false where the price stays.
+    bool next(int round) {
+        if (exact_) return false;
+        const double old = price;
+        if (!straddled()) {
+            price += many_.known ? stride : -stride;
+            stride *= 3.0;
+            return price != old;
         }
-        const size_t need = static_cast<size_t>((position - low + 1) * s);
-        if (cost.size() < need) cost.resize(need, kInf);
-        return cost.data() + (position - low) * s;
+        const double low = many_.price, high = few_.price;
+        // Counts fall smoothly with the price while they differ by many; then it is a matter of single paths, and the price at which
+        // two of them cost the same is the next to try. Neighbouring spans shift what a span spends, so stay inside the bracket.
+        double wanted = meet_;
+        if (many_.steps - few_.steps > 6) wanted = low + (high - low) * many_.weight / (many_.weight + few_.weight);
+        if (!(wanted > low && wanted < high) || round % 12 == 11) wanted = low + (high - low) / 2;
+        price = wanted;
+        return price != old;
     }
+
+  private:
+    struct Side {
+        double price = 0.0, spent = 0.0;
+        int64_t steps = 0;
+        double weight = 0.0;
+        bool known = false;
+    };
+    Side many_, few_;
+    bool exact_ = false, turned_ = false, too_many_ = false;
+    int64_t target_ = 0;
+    double here_ = 0.0, meet_ = 0.0, ceiling_ = kInf;
 };
 
-// Positions that frame j may have, by the steps left and the steps behind.
+// A first price for a long span, from a few short pieces of it: they stay in the cache, and every sweep over all scores waits for memory.
+double price_of_pieces(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_steps) {
+    constexpr int64_t kPieces = 8, kLongest = 384;
+    const int64_t s = static_cast<int64_t>(p.max_skip), length = std::min(kLongest, std::max(4 * s, (to - from) / (8 * kPieces)));
+    const std::vector<double> nothing(p.max_skip, 0.0);
+    const std::vector<Anchor> ends{{0, 0}, {length, length}};
+    const double share = static_cast<double>(wanted_steps) / static_cast<double>(to - from);
+    Bracket bracket;
+    Sweep sweep;
+    for (int round = 0; round < 16; ++round) {
+        int64_t steps = 0, frames = 0;
+        double spent = 0.0;
+        for (int64_t piece = 0; piece < kPieces; ++piece) {
+            const int64_t first = from + (to - from - length) * (2 * piece + 1) / (2 * kPieces);
+            const PathProblem part{p.scores + first * s * s, static_cast<size_t>(length + 1), p.max_skip, ends, length, nothing.data(), nothing.data()};
+            RETIME_CALL(sweep, part, {bracket.price}, sweep);
+            // Forbidden triples cut this piece: what it would spend is not known.
+            if (!(sweep.priced < kInf)) continue;
+            steps += sweep.steps[0], spent += sweep.spent[0], frames += length;
+        }
+        if (steps == 0) return 0.0;
+        if (round == 0) bracket.stride = 0.5 * std::max(std::abs(spent) / static_cast<double>(steps), 1e-300);
+        const int64_t target = static_cast<int64_t>(share * static_cast<double>(frames) + 0.5);
+        bracket.add(steps, spent, target, target);
+        if (bracket.exact() || !bracket.next(round)) break;
+    }
+    return bracket.price;
+}
+
+// The vertices and edges that a path within the gap can use.
+struct Corridor {
+    struct Vertex {
+        int64_t frame;
+        int64_t first_edge;
+        double go;       // G
+        int64_t low, high;  // positions of its labels
+        int64_t trace;   // where the edges that won begin, one byte a position; only where there are several
+        uint16_t step, n_edges;
+    };
+    struct Edge {
+        int64_t from;
+        double score;
+    };
+
+    std::vector<Vertex> vertices;
+    std::vector<Edge> edges;     // those of a vertex side by side, by the step before
+    std::vector<int64_t> order;  // vertices by frame, the last frame first
+    bool complete = true;        // nothing was left out for its cost
+    bool overflow = false;
+
+    size_t bytes() const { return vertices.size() * (sizeof(Vertex) + sizeof(int64_t)) + edges.size() * sizeof(Edge); }
+};
+
+void find_corridor(const PathProblem& p, const std::vector<double>& price, const Sweep& sweep, double ceiling, size_t max_bytes, Corridor& out) {
+    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
+    out.vertices.clear(), out.edges.clear(), out.order.clear();
+    out.complete = true, out.overflow = false;
+    // At (frame, step into it): the vertex there, plus one.
+    std::vector<int64_t> met(static_cast<size_t>((s + 1) * s), 0);
+    const auto touch = [&](int64_t frame, int64_t step, double go) {
+        const double cost = sweep.leaving[(frame - step) * s + step - 1] + go;
+        if (!(cost <= ceiling)) {
+            out.complete = out.complete && !(cost < kInf);
+            return int64_t{-1};
+        }
+        int64_t& place = met[(frame % (s + 1)) * s + step - 1];
+        if (!place) {
+            out.vertices.push_back({frame, 0, go, 0, -1, 0, static_cast<uint16_t>(step), 0});
+            place = static_cast<int64_t>(out.vertices.size());
+        }
+        Corridor::Vertex& vertex = out.vertices[place - 1];
+        vertex.go = std::min(vertex.go, go);
+        return place - 1;
+    };
+    size_t span = p.anchors.size() - 2;
+    for (int64_t a = 1; a <= std::min(s, n - 1 - p.anchors[span].frame); ++a) touch(n - 1, a, p.end_cost[a - 1]);
+    for (int64_t k = n - 1; k >= 1; --k) {
+        while (k <= p.anchors[span].frame) --span;
+        int64_t* here = met.data() + (k % (s + 1)) * s;
+        for (int64_t b = 1; b <= s; ++b) {
+            if (!here[b - 1]) continue;
+            const int64_t id = here[b - 1] - 1;
+            here[b - 1] = 0;
+            out.order.push_back(id);
+            const int64_t j = k - b;
+            if (j == 0) continue;
+            const double ahead = out.vertices[id].go + price[span];
+            const int64_t behind = j == p.anchors[span].frame ? p.anchors[span - 1].frame : p.anchors[span].frame;
+            const double* f = p.scores + j * s * s + b - 1;
+            out.vertices[id].first_edge = static_cast<int64_t>(out.edges.size());
+            uint16_t n_edges = 0;
+            for (int64_t a = 1; a <= std::min(s, j - behind); ++a) {
+                const int64_t from = touch(j, a, f[(a - 1) * s] + ahead);
+                if (from < 0) continue;
+                out.edges.push_back({from, f[(a - 1) * s]});
+                ++n_edges;
+            }
+            out.vertices[id].n_edges = n_edges;
+        }
+        if (out.bytes() > max_bytes) {
+            out.overflow = true;
+            return;
+        }
+    }
+}
+
+// Positions that frame k may have in the span that enters it, by the steps left and the steps behind.
 struct Reachable {
     int64_t low, high;
 };
 
-Reachable reachable(const PathProblem& p, const Spans& spans, int64_t j) {
-    // The frame belongs to the span that enters it: its next anchor is the first one at or after j.
-    size_t span = static_cast<size_t>(spans.of[j]);
-    if (j == p.anchors[span].frame && span > 0) --span;
+Reachable reachable(const PathProblem& p, size_t span, int64_t k) {
     const Anchor &from = p.anchors[span], &to = p.anchors[span + 1];
-    const int64_t to_max = span + 1 == spans.count ? p.last_position_max : to.position;
-    const int64_t s = spans.s, behind = j - from.frame, ahead = to.frame - j;
+    const int64_t to_max = span + 2 == p.anchors.size() ? p.last_position_max : to.position;
+    const int64_t s = static_cast<int64_t>(p.max_skip), behind = k - from.frame, ahead = to.frame - k;
     return {std::max(from.position + (behind + s - 1) / s, to.position - ahead), std::min(from.position + behind, to_max - (ahead + s - 1) / s)};
 }
 
 struct Pass {
-    bool found = false, overflow = false;
+    bool overflow = false, complete = true;
     int64_t labels = 0;
     Path path;
 };
 
-RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const Spans& spans, const std::vector<double>& price, const std::vector<double>& go, double owed,
-                  double limit, size_t max_labels) {
-    // owed: the prices of all steps that the bound has paid for; a label survives while cost + price so far + to go - owed <= limit.
-    const int64_t s = spans.s, n = spans.n;
+// out[i] = min(out[i], in[i] + score), where it is less by the edge `number`.
+RETIME_INLINE void join_body(int64_t n, const double* in, double score, uint8_t number, double* out, uint8_t* won) {
+    for (int64_t i = 0; i < n; ++i) {
+        const double cost = in[i] + score;
+        const bool better = cost < out[i];
+        out[i] = better ? cost : out[i];
+        won[i] = better ? number : won[i];
+    }
+}
+RETIME_VERSIONS(void, join, (int64_t n, const double* in, double score, uint8_t number, double* out, uint8_t* won), (n, in, score, number, out, won))
+
+Pass carry_labels(const PathProblem& p, const std::vector<double>& price, Corridor& corridor, double ceiling, size_t max_bytes) {
+    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
+    const size_t count = p.anchors.size() - 1;
     Pass pass;
-    std::vector<double> paid(spans.count + 1, 0.0);
-    for (size_t span = 0; span < spans.count; ++span)
+    pass.complete = corridor.complete;
+    std::vector<double> paid(count + 1, 0.0);
+    for (size_t span = 0; span < count; ++span)
         paid[span + 1] = paid[span] + price[span] * static_cast<double>(p.anchors[span + 1].position - p.anchors[span].position);
 
-    std::vector<Rows> ring(s + 1);
-    std::vector<int64_t> trace_low(n, 0), trace_start(n, 0), trace_rows(n, 0);
+    // Costs of the labels at (frame, step), from the vertex's lowest position on.
+    std::vector<std::vector<double>> costs(static_cast<size_t>((s + 1) * s));
     std::vector<uint8_t> trace;
-    const double ceiling = limit + owed;
-    for (int64_t b = 1; b <= spans.reach[0]; ++b) {
-        const Reachable ok = reachable(p, spans, b);
-        const double cost = p.start_cost[b - 1];
-        if (ok.low <= 1 && 1 <= ok.high && cost + price[0] + go[b * s + b - 1] <= ceiling) ring[b % (s + 1)].at(1, s)[b - 1] = cost;
-    }
-    std::vector<double> best(s);
-    std::vector<uint8_t> step(s);
-    std::vector<Reachable> ok(s + 1);
-    for (int64_t j = 1; j + 1 < n; ++j) {
-        Rows& rows = ring[j % (s + 1)];
-        if (rows.cost.empty()) continue;
-        const int64_t n_rows = static_cast<int64_t>(rows.cost.size()) / s;
-        trace_low[j] = rows.low, trace_start[j] = static_cast<int64_t>(trace.size()), trace_rows[j] = n_rows;
-        pass.labels += n_rows;
-        if (trace.size() + static_cast<size_t>(n_rows * s) > max_labels) {
-            pass.overflow = true;
-            return pass;
+    size_t span = 0;
+    Reachable ok{0, -1};
+    int64_t frame = 0;
+    double total = kInf;
+    int64_t end = -1, position = 0;
+    for (size_t at = corridor.order.size(); at-- > 0;) {
+        const int64_t id = corridor.order[at];
+        Corridor::Vertex& vertex = corridor.vertices[id];
+        if (vertex.frame != frame) {
+            frame = vertex.frame;
+            while (frame > p.anchors[span + 1].frame) ++span;
+            ok = reachable(p, span, frame);
         }
-        trace.resize(trace.size() + static_cast<size_t>(n_rows * s));
-        const int32_t span = spans.of[j], reach = spans.reach[j];
-        for (int64_t b = 1; b <= reach; ++b) ok[b] = reachable(p, spans, j + b);
-        for (int64_t row = 0; row < n_rows; ++row) {
-            const int64_t next = rows.low + row + 1;
-            extend(s, rows.cost.data() + row * s, p.scores + j * s * s, best.data(), step.data());
-            std::copy(step.begin(), step.end(), trace.begin() + trace_start[j] + row * s);
-            const double price_so_far = paid[span] + price[span] * static_cast<double>(next - p.anchors[span].position);
-            for (int64_t b = 1; b <= reach; ++b) {
-                if (next < ok[b].low || next > ok[b].high) continue;
-                const int64_t k = j + b;
-                if (best[b - 1] + price_so_far + go[k * s + b - 1] > ceiling || best[b - 1] == kInf) continue;
-                ring[k % (s + 1)].at(next, s)[b - 1] = best[b - 1];
+        std::vector<double>& cost = costs[(frame % (s + 1)) * s + vertex.step - 1];
+        vertex.low = 0, vertex.high = -1;
+        if (frame == vertex.step) {
+            // The first step.
+            if (ok.low > 1 || ok.high < 1) continue;
+            vertex.low = vertex.high = 1;
+            cost.assign(1, p.start_cost[vertex.step - 1]);
+        } else {
+            const Corridor::Edge* edges = corridor.edges.data() + vertex.first_edge;
+            int64_t low = std::numeric_limits<int64_t>::max(), high = -1;
+            for (int e = 0; e < vertex.n_edges; ++e) {
+                const Corridor::Vertex& from = corridor.vertices[edges[e].from];
+                if (from.high < from.low) continue;
+                low = std::min(low, from.low + 1), high = std::max(high, from.high + 1);
+            }
+            low = std::max(low, ok.low), high = std::min(high, ok.high);
+            if (high < low) continue;
+            const size_t size = static_cast<size_t>(high - low + 1);
+            vertex.low = low, vertex.high = high;
+            vertex.trace = static_cast<int64_t>(trace.size());
+            if (trace.size() + size > max_bytes) {
+                pass.overflow = true;
+                return pass;
+            }
+            trace.resize(trace.size() + size);
+            cost.assign(size, kInf);
+            for (int e = 0; e < vertex.n_edges; ++e) {
+                const Corridor::Vertex& from = corridor.vertices[edges[e].from];
+                const int64_t first = std::max(low, from.low + 1), last = std::min(high, from.high + 1);
+                if (last < first) continue;
+                const double* in = costs[(from.frame % (s + 1)) * s + from.step - 1].data() + first - 1 - from.low;
+                RETIME_CALL(join, last - first + 1, in, edges[e].score, static_cast<uint8_t>(e), cost.data() + first - low,
+                            trace.data() + vertex.trace + first - low);
             }
         }
-        rows.cost.clear();
-    }
-    // The last frame: the cheapest label, then the shorter path, then the smaller last step.
-    Rows& rows = ring[(n - 1) % (s + 1)];
-    const int64_t n_rows = static_cast<int64_t>(rows.cost.size()) / s;
-    double total = kInf;
-    int64_t position = 0, b = 0;
-    for (int64_t row = 0; row < n_rows; ++row)
-        for (int64_t a = 1; a <= s; ++a) {
-            const double cost = rows.cost[row * s + a - 1] + p.end_cost[a - 1];
-            if (cost < total) total = cost, position = rows.low + row, b = a;
+        const auto dropped = [&](int64_t q) {
+            const double value = cost[q - vertex.low];
+            const double all = value + (paid[span] + price[span] * static_cast<double>(q - p.anchors[span].position)) + vertex.go;
+            if (all <= ceiling) return false;
+            pass.complete = pass.complete && !(value < kInf);
+            return true;
+        };
+        while (vertex.high >= vertex.low && dropped(vertex.high)) --vertex.high;
+        int64_t low = vertex.low;
+        while (low <= vertex.high && dropped(low)) ++low;
+        if (low > vertex.low) {
+            cost.erase(cost.begin(), cost.begin() + (low - vertex.low));
+            vertex.trace += low - vertex.low;
+            vertex.low = low;
         }
-    if (!(total < kInf)) return pass;
-    pass.found = true;
+        pass.labels += vertex.high - vertex.low + 1;
+        if (frame < n - 1) continue;
+        // The cheapest label, then the shorter path, then the smaller last step.
+        for (int64_t q = vertex.low; q <= vertex.high; ++q) {
+            const double whole = cost[q - vertex.low] + p.end_cost[vertex.step - 1];
+            const bool tied = whole == total && end >= 0;
+            if (whole < total || (tied && (q < position || (q == position && vertex.step < corridor.vertices[end].step))))
+                total = whole, end = id, position = q;
+        }
+    }
+    if (end < 0) return pass;
     pass.path.found = true;
     pass.path.total = total;
-    pass.path.frames.assign(position + 1, 0);
-    int64_t k = n - 1;
-    pass.path.frames[position] = k;
-    for (int64_t q = position - 1; q >= 0; --q) {
-        const int64_t j = k - b;
-        pass.path.frames[q] = j;
-        if (q == 0) break;
-        b = trace[trace_start[j] + (q - trace_low[j]) * s + b - 1];
-        k = j;
+    pass.path.frames.assign(static_cast<size_t>(position + 1), 0);
+    for (int64_t q = position; q >= 1; --q) {
+        const Corridor::Vertex& vertex = corridor.vertices[end];
+        pass.path.frames[q] = vertex.frame;
+        if (q > 1) end = corridor.edges[vertex.first_edge + trace[vertex.trace + q - vertex.low]].from;
     }
     return pass;
 }
 
-RETIME_VERSIONS(void, sweep, (const PathProblem& p, const Spans& spans, const std::vector<double>& price, Sweep& out), (p, spans, price, out))
-RETIME_VERSIONS(void, to_go, (const PathProblem& p, const Spans& spans, const std::vector<double>& price, std::vector<double>& out),
-                (p, spans, price, out))
-RETIME_VERSIONS(Pass, carry_labels,
-                (const PathProblem& p, const Spans& spans, const std::vector<double>& price, const std::vector<double>& go, double owed, double limit,
-                 size_t max_labels),
-                (p, spans, price, go, owed, limit, max_labels))
+// The sum of the sizes of all terms in a sweep's best path: rounding is a share of it.
+double sum_of_sizes(const PathProblem& p, const std::vector<double>& price, const Sweep& sweep) {
+    double size = std::abs(sweep.priced);
+    for (size_t span = 0; span < price.size(); ++span)
+        size += std::abs(sweep.spent[span]) + std::abs(price[span]) * static_cast<double>(sweep.steps[span]);
+    return size;
+}
 
 }  // namespace
 
-Path free_path(const PathProblem& p) {
-    const Spans spans(p);
-    Sweep best;
-    RETIME_CALL(sweep, p, spans, std::vector<double>(spans.count, 0.0), best);
-    Path path;
-    path.found = best.priced < kInf;
-    if (!path.found) return path;
-    path.frames = std::move(best.frames);
-    path.total = best.priced;
-    return path;
-}
-
-PricedPath priced_path(const PathProblem& p, size_t max_labels) {
-    const Spans spans(p);
-    const size_t count = spans.count;
-    PricedPath result;
+PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
+    const size_t count = p.anchors.size() - 1;
     const bool ranged = p.last_position_max > p.anchors.back().position;
+    PricedPath result;
 
     // What each span must have, at least and at most; they differ in the last one only, where the length is a range.
     std::vector<int64_t> least(count), most(count);
     for (size_t k = 0; k < count; ++k) least[k] = most[k] = p.anchors[k + 1].position - p.anchors[k].position;
     most.back() = p.last_position_max - p.anchors[count - 1].position;
+    const double n_frames = static_cast<double>(std::max<int64_t>(1, p.anchors.back().position));
 
-    // Prices: each span keeps a bracket, one price that buys too many steps and one that buys too few, and tries the price at which
-    // the two paths cost the same.
-    std::vector<double> price(count, 0.0), low(count, -kInf), high(count, kInf);
-    std::vector<double> low_spent(count), high_spent(count);
-    std::vector<int64_t> low_steps(count), high_steps(count);
-    std::vector<double> best_price = price;
+    constexpr int64_t kLong = 2048;
+    std::vector<Bracket> brackets(count);
+    std::vector<double> price(count, 0.0), best_price;
+    for (size_t k = 0; k < count; ++k) {
+        const int64_t from = p.anchors[k].frame, to = p.anchors[k + 1].frame;
+        // A range of lengths begins at no price: it may need none.
+        if (to - from < kLong || least[k] != most[k]) continue;
+        brackets[k].price = price[k] = price_of_pieces(p, from, to, least[k]);
+        brackets[k].stride = 0.02 * std::abs(price[k]);
+    }
+    Sweep now, best;
     double bound = -kInf;
-    Sweep now;
-    double scale = 0.0;
     int stalled = 0;
-    double ceiling = kInf;
     for (int round = 0; round < 60; ++round) {
-        RETIME_CALL(sweep, p, spans, price, now);
+        RETIME_CALL(sweep, p, price, now);
         ++result.sweeps;
         if (!(now.priced < kInf)) return result;
-        double dual = now.priced;
-        bool exact = true;
+        double dual = now.priced, loss = 0.0;
+        bool exact = true, straddled = true;
         for (size_t k = 0; k < count; ++k) {
             // Of the allowed counts, the one that this price likes best bounds all of them.
             dual -= price[k] * static_cast<double>(price[k] > 0 ? most[k] : least[k]);
-            exact = exact && now.steps[k] >= least[k] && now.steps[k] <= most[k];
+            if (brackets[k].stride == 0.0)
+                brackets[k].stride = std::max(0.5 * std::abs(now.spent[k]) / static_cast<double>(std::max<int64_t>(1, now.steps[k])), 1e-300);
+            brackets[k].add(now.steps[k], now.spent[k], least[k], most[k]);
+            loss += brackets[k].loss();
+            exact = exact && brackets[k].exact();
+            straddled = straddled && (brackets[k].exact() || brackets[k].straddled());
         }
-        // The bound is concave in the prices. Where the last three prices between two straddling paths did not raise it, it is at
-        // its top, or so near that wider gaps cost less than more sweeps.
-        bool inside = true;
-        for (size_t k = 0; k < count; ++k) inside = inside && low[k] > -kInf && high[k] < kInf;
-        stalled = !inside || dual > bound + 1e-9 * std::abs(bound) ? 0 : stalled + 1;
-        if (dual > bound) bound = dual, best_price = price;
-        bool straddled = true;
-        for (size_t k = 0; k < count; ++k)
-            straddled = straddled && ((low[k] > -kInf && high[k] < kInf) || (now.steps[k] >= least[k] && now.steps[k] <= most[k]));
-        if (straddled && stalled >= 6) break;
-        // With one span it can't rise above the price at which the two straddling paths cost the same.
-        if (count == 1 && dual >= ceiling - 1e-12 * std::abs(ceiling)) break;
+        // Where the last prices between straddling paths did not raise the bound, it is at its top, or so near that wider gaps cost
+        // less than more sweeps.
+        stalled = !straddled || dual > bound + 1e-9 * std::abs(bound) ? 0 : stalled + 1;
+        if (dual > bound) {
+            bound = dual, best_price = price;
+            std::swap(now, best);
+        }
         if (exact && (!ranged || price.back() == 0.0)) break;
-        if (round == 0)
-            for (size_t k = 0; k < count; ++k) scale += std::abs(now.spent[k]) / static_cast<double>(std::max<int64_t>(1, now.steps[k]));
+        const double enough = 5e-4 * std::abs(bound) / n_frames;
+        if (loss <= enough || (count == 1 && brackets[0].ceiling() - bound <= enough) || stalled >= 6) break;
         bool moved = false;
         for (size_t k = 0; k < count; ++k) {
-            const double old = price[k];
-            if (now.steps[k] > most[k]) {
-                low[k] = old, low_steps[k] = now.steps[k], low_spent[k] = now.spent[k];
-            } else if (now.steps[k] < least[k]) {
-                high[k] = old, high_steps[k] = now.steps[k], high_spent[k] = now.spent[k];
-            } else {
-                continue;
-            }
-            if (low[k] > -kInf && high[k] < kInf) {
-                double next = (high_spent[k] - low_spent[k]) / static_cast<double>(low_steps[k] - high_steps[k]);
-                // Neighbouring spans shift what a span spends; stay inside the bracket, and halve it now and then.
-                if (!(next > low[k] && next < high[k]) || round % 4 == 3) next = low[k] + (high[k] - low[k]) / 2;
-                price[k] = next;
-                ceiling = low_spent[k] + next * static_cast<double>(low_steps[k] - (next > 0 ? most[k] : least[k]));
-            } else if (low[k] > -kInf) {
-                price[k] = old + std::max(scale, std::abs(old)) * 0.5;
-            } else {
-                price[k] = old - std::max(scale, std::abs(old)) * 0.5;
-            }
-            moved = moved || price[k] != old;
+            moved = brackets[k].next(round) || moved;
+            price[k] = brackets[k].price;
         }
-        if (scale == 0.0) scale = 1e-300;
         if (!moved) break;
     }
     double owed = 0.0;
     for (size_t k = 0; k < count; ++k) owed += best_price[k] * static_cast<double>(best_price[k] > 0 ? most[k] : least[k]);
     result.lower_bound = bound;
-    std::vector<double> go;
-    RETIME_CALL(to_go, p, spans, best_price, go);
 
-    // Rounding in sums of n terms; also keeps every path that ties with the best.
-    const double size = std::abs(bound) + std::abs(owed);
-    const double slack = 1e-11 * size + 1e-290;
+    // Rounding in sums of so many terms; also keeps every path that ties with the best.
+    const double size = sum_of_sizes(p, best_price, best) + std::abs(owed);
+    const double slack = 1e-15 * static_cast<double>(p.n_input + 64) * size + 1e-290;
     // What the count costs beyond the bound is a matter of a few frames, however long the path: a share of one frame's score.
-    double gap = 0.005 * std::abs(bound) / static_cast<double>(std::max<int64_t>(1, p.anchors.back().position)) + 4 * slack;
+    double gap = 0.005 * std::abs(bound) / n_frames + 4 * slack;
+    Corridor corridor;
     for (;; gap *= 6) {
-        Pass pass = RETIME_CALL(carry_labels, p, spans, best_price, go, owed, bound + gap, max_labels);
         ++result.passes;
+        find_corridor(p, best_price, best, best.priced + gap, max_bytes, corridor);
+        Pass pass;
+        if (!corridor.overflow) pass = carry_labels(p, best_price, corridor, best.priced + gap, max_bytes - std::min(max_bytes, corridor.bytes()));
         result.labels = pass.labels;
-        if (pass.overflow) {
-            result.gave_up = true;
-            return result;
-        }
-        if (pass.found && pass.path.total + slack <= bound + gap) {
+        result.gave_up = corridor.overflow || pass.overflow;
+        if (result.gave_up) return result;
+        if (pass.path.found && (pass.path.total + slack <= bound + gap || pass.complete)) {
             result.path = std::move(pass.path);
             result.lower_bound = std::min(bound, result.path.total);
             return result;
         }
+        // Nothing was left out: there is no path.
+        if (pass.complete) return result;
         if (!(gap < 1e3 * size + 1.0)) {
             result.gave_up = true;
             return result;
         }
     }
+}
+
+Path free_path(const PathProblem& p) {
+    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
+    std::vector<double> leaving(static_cast<size_t>(n * s));
+    std::vector<int32_t> steps(static_cast<size_t>(n * s), 1);
+    std::vector<uint8_t> won(static_cast<size_t>(n * s));
+    std::copy(p.start_cost, p.start_cost + s, leaving.begin());
+    Path path;
+    path.total = kInf;
+    int64_t k = n - 1, b = 0;
+    int32_t n_steps = 0;
+    size_t span = 0;
+    for (int64_t j = 1; j < n; ++j) {
+        while (j > p.anchors[span + 1].frame) ++span;
+        const int64_t farthest = std::min(s, j - p.anchors[span].frame);
+        if (j == n - 1) {
+            for (int64_t a = 1; a <= farthest; ++a) {
+                const double total = leaving[(j - a) * s + a - 1] + p.end_cost[a - 1];
+                const int32_t taken = steps[(j - a) * s + a - 1];
+                if (total < path.total || (total == path.total && taken < n_steps)) path.total = total, n_steps = taken, b = a;
+            }
+            break;
+        }
+        // Of equal costs the fewer steps, then the smaller one before.
+        double* best = leaving.data() + j * s;
+        int32_t* fewest = steps.data() + j * s;
+        uint8_t* from = won.data() + j * s;
+        std::fill(best, best + s, kInf);
+        for (int64_t a = 1; a <= farthest; ++a) {
+            const double cost = leaving[(j - a) * s + a - 1];
+            const int32_t taken = steps[(j - a) * s + a - 1] + 1;
+            const double* f = p.scores + (j * s + a - 1) * s;
+            for (int64_t c = 0; c < s; ++c) {
+                const double total = cost + f[c];
+                if (total < best[c] || (total == best[c] && total < kInf && taken < fewest[c]))
+                    best[c] = total, fewest[c] = taken, from[c] = static_cast<uint8_t>(a);
+            }
+        }
+    }
+    path.found = path.total < kInf;
+    if (!path.found) return path;
+    path.frames.assign(static_cast<size_t>(n_steps + 1), 0);
+    for (int64_t q = n_steps; q > 0; --q) {
+        path.frames[q] = k;
+        k -= b;
+        if (k > 0) b = won[k * s + b - 1];
+    }
+    return path;
 }
 
 }  // namespace retime
