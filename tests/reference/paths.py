@@ -47,7 +47,7 @@ def total(
     return cost if end_cost is None else cost + float(end_cost[path[-1] - path[-2] - 1])
 
 
-def _rank(path: Frames) -> tuple[int, ...]:
+def rank(path: Frames) -> tuple[int, ...]:
     """Of paths that tie: the shorter, then the smaller skips, read back from the end."""
     steps = [after - before for before, after in itertools.pairwise(path)]
     return (len(path), *reversed(steps))
@@ -66,8 +66,8 @@ def best_path(
     for n_output in lengths:
         for path in every_path(n_input, n_output, max_skip, anchors):
             cost = total(scores, path, start_cost, end_cost)
-            if cost < np.inf and (best is None or (cost, _rank(path)) < best[:2]):
-                best = (cost, _rank(path), path)
+            if cost < np.inf and (best is None or (cost, rank(path)) < best[:2]):
+                best = (cost, rank(path), path)
     return None if best is None else (best[2], best[0])
 
 
@@ -76,16 +76,16 @@ def best_free_path(
     through: Sequence[int] = (),
     start_cost: np.ndarray | None = None,
     end_cost: np.ndarray | None = None,
-) -> tuple[float, list[Frames]] | None:
-    """Try every path of any length that passes the given frames: the least total, and all paths that have it."""
+) -> tuple[Frames, float] | None:
+    """Try every path of any length that passes the given frames."""
     n_input, max_skip = scores.shape[:2]
-    found: list[tuple[float, Frames]] = []
+    found: list[tuple[float, tuple[int, ...], Frames]] = []
     for n_output in range(2, n_input + 1):
         for path in every_path(n_input, n_output, max_skip):
             if set(through) <= set(path):
-                found.append((total(scores, path, start_cost, end_cost), path))
-    least = min((cost for cost, _ in found), default=np.inf)
-    return None if least == np.inf else (least, [path for cost, path in found if cost == least])
+                found.append((total(scores, path, start_cost, end_cost), rank(path), path))
+    least = min(found, default=None)
+    return None if least is None or least[0] == np.inf else (least[2], least[0])
 
 
 def recurrence(scores: np.ndarray, n_output: int, anchors: Mapping[int, int] = {}) -> tuple[Frames, float] | None:

@@ -125,14 +125,11 @@ def test_free_length_equals_enumeration(kernels: Backend, seed: int) -> None:
             "start_cost": rng.integers(0, 3, max_skip) * 0.5,
             "end_cost": rng.integers(0, 3, max_skip) * 0.5,
         }
+        if seed % 2:
+            scores -= 1.0
         wanted = literal.best_free_path(scores, through, **costs)
         got = found_by(scores, n_output=None, anchors=[(0, frame) for frame in through], use=kernels, **costs)
-        if wanted is None:
-            assert got is None
-        else:
-            assert got is not None
-            assert got[1] == wanted[0]
-            assert got[0] in wanted[1]
+        assert got == wanted
 
 
 @pytest.mark.parametrize("temper", ["noise", "exact_ties", "all_equal", "magnitudes", "slow", "forbidden"])
@@ -202,8 +199,9 @@ def test_ties_go_to_the_smaller_skip_read_from_the_end(kernels: Backend) -> None
     got = found_by(np.zeros((10, 4, 4)), n_output=5, use=kernels)
     assert got == ((0, 4, 7, 8, 9), 0.0)
     # Of several lengths, the shortest.
-    got = found_by(np.zeros((10, 4, 4)), n_output=(4, 8), use=kernels)
-    assert got == ((0, 4, 8, 9), 0.0)
+    for length in ((4, 8), None):
+        got = found_by(np.zeros((10, 4, 4)), n_output=length, use=kernels)
+        assert got == ((0, 4, 8, 9), 0.0)
 
 
 def test_forbidden_triples_are_never_used(kernels: Backend) -> None:

@@ -57,9 +57,9 @@ class Backend(Protocol):
         """Find the best path by the layered recurrence: frames and total, or None where there is none."""
 
     def free_path(self, problem: PathProblem) -> tuple[IntArray, float] | None:
-        """Find the best path of any length through the anchors' frames."""
+        """Find the best path of any length through the anchors' frames; of equal ones the shortest."""
 
-    def priced_path(self, problem: PathProblem, max_labels: int) -> PricedPath | None:
+    def priced_path(self, problem: PathProblem, max_bytes: int) -> PricedPath | None:
         """Find the best path by a price on the count; None where this backend has no such kernel."""
 
 
@@ -98,7 +98,7 @@ class PricedPath:
     lower_bound : float
         No path can total less.
     gave_up : bool
-        More labels than allowed: the layered recurrence has to do it.
+        More memory than allowed: the layered recurrence has to do it.
     labels, passes, sweeps : int
         Labels of the last pass, passes with a widening gap, sweeps that looked for the price.
     """

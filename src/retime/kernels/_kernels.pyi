@@ -67,6 +67,6 @@ def priced_path(
     last_position_max: int,
     start_cost: FloatArray,
     end_cost: FloatArray,
-    max_labels: int,
+    max_bytes: int,
     /,
 ) -> tuple[tuple[IntArray, float] | None, float, bool, int, int, int]: ...

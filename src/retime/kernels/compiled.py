@@ -129,7 +129,7 @@ def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
     return _kernels.free_path(problem.scores, problem.positions, problem.frames, problem.start_cost, problem.end_cost)
 
 
-def priced_path(problem: PathProblem, max_labels: int) -> PricedPath:
+def priced_path(problem: PathProblem, max_bytes: int) -> PricedPath:
     """Find the best path by a price on the count; see `retime.kernels.Backend`."""
     return PricedPath(
         *_kernels.priced_path(
@@ -139,6 +139,6 @@ def priced_path(problem: PathProblem, max_labels: int) -> PricedPath:
             problem.last_position_max,
             problem.start_cost,
             problem.end_cost,
-            max_labels,
+            max_bytes,
         )
     )

@@ -78,13 +78,13 @@ NB_MODULE(_kernels, m) {
     });
 
     m.def("priced_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max, Doubles start_cost, Doubles end_cost,
-                            size_t max_labels) {
+                            size_t max_bytes) {
         const auto anchors = anchors_of(positions, frames);
         const retime::PathProblem problem{scores.data(), scores.shape(0), scores.shape(1), anchors, last_position_max, start_cost.data(), end_cost.data()};
         retime::PricedPath result;
         {
             nb::gil_scoped_release unlocked;
-            result = retime::priced_path(problem, max_labels);
+            result = retime::priced_path(problem, max_bytes);
         }
         return nb::make_tuple(to_python(std::move(result.path)), result.lower_bound, result.gave_up, result.labels, result.passes, result.sweeps);
     });

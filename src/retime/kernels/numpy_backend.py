@@ -240,14 +240,18 @@ def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
     for b in range(int(reach[0]) + 1, max_skip + 1):
         cost[b : b + 1, b - 1] = np.inf
     won = np.zeros((n_input, max_skip), dtype=np.uint8)
+    # Steps behind: of equal costs the fewer win, then the smaller one before.
+    behind = np.ones((n_input, max_skip), dtype=np.int64)
     for j in range(1, n_input - 1):
         totals = cost[j][:, None] + scores[j]
-        best = np.argmin(totals, axis=0)
+        tied = totals == totals.min(axis=0)
+        best = np.argmin(np.where(tied, behind[j][:, None], n_input), axis=0)
         won[j] = best + 1
         steps = np.arange(min(int(reach[j]), n_input - 1 - j))
         cost[j + 1 + steps, steps] = totals[best[steps], steps]
+        behind[j + 1 + steps, steps] = behind[j][best[steps]] + 1
     ends = cost[-1] + problem.end_cost
-    step = int(np.argmin(ends)) + 1
+    step = int(np.argmin(np.where(ends == ends.min(), behind[-1], n_input))) + 1
     total = float(ends[step - 1])
     if not total < np.inf:
         return None
@@ -258,7 +262,7 @@ def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
     return np.array(path[::-1], dtype=np.int64), total
 
 
-def priced_path(problem: PathProblem, max_labels: int) -> PricedPath | None:
+def priced_path(problem: PathProblem, max_bytes: int) -> PricedPath | None:
     """Leave it to the layered recurrence; see `retime.kernels.Backend`."""
     return None
 

@@ -95,23 +95,30 @@ RETIME_STEP_VERSIONS(void, sweep, (const PathProblem& p, const std::vector<doubl
 // The search for one span's price: a price at which the best path has too many steps, and one at which it has too few.
 class Bracket {
   public:
-    // Where the search goes while only one side is known: that far, and three times as far each time after.
-    double price = 0.0, stride = 0.0;
+    double price = 0.0;
+
+    // How far to go at first, where only one side is known: `stride`, or by the steps that a unit of price saves.
+    void expect(double stride, double slope) { stride_ = stride, slope_ = slope; }
+    bool expects() const { return stride_ > 0; }
 
     void add(int64_t steps, double spent, int64_t least, int64_t most) {
         exact_ = steps >= least && steps <= most;
         target_ = steps > most ? most : steps < least ? least : steps;
         here_ = spent + price * static_cast<double>(steps - (price > 0 ? most : least));
         if (exact_) return;
-        Side& side = steps > most ? many_ : few_;
-        side = {price, spent, steps, static_cast<double>(std::abs(steps - target_)), true};
-        // The other side, where it has stayed for two turns, counts half: so that both move.
-        Side& other = steps > most ? few_ : many_;
         const bool too_many = steps > most;
-        if (turned_ && too_many == too_many_) other.weight *= 0.5;
-        turned_ = true, too_many_ = too_many;
+        Side& side = too_many ? many_ : few_;
+        if (turned_ && price != last_price_) {
+            const double slope = static_cast<double>(last_steps_ - steps) / (price - last_price_);
+            if (slope > 0) slope_ = slope;
+        }
+        turned_ = true, last_price_ = price, last_steps_ = steps;
+        side = {price, spent, steps, true};
         if (straddled()) {
-            meet_ = (few_.spent - many_.spent) / static_cast<double>(many_.steps - few_.steps);
+            const int64_t before = apart_;
+            apart_ = many_.steps - few_.steps;
+            slow_ = before > 0 && 2 * apart_ > before ? slow_ + 1 : 0;
+            meet_ = (few_.spent - many_.spent) / static_cast<double>(apart_);
             ceiling_ = many_.spent + meet_ * static_cast<double>(many_.steps - (meet_ > 0 ? most : least));
         }
     }
@@ -128,15 +135,24 @@ class Bracket {
         if (exact_) return false;
         const double old = price;
         if (!straddled()) {
-            price += many_.known ? stride : -stride;
-            stride *= 3.0;
+            // Rather too far than not far enough: two sides are worth more than a near miss.
+            const double wanted = slope_ > 0 ? 1.3 * std::abs(static_cast<double>(last_steps_ - target_)) / slope_ : stride_;
+            stride_ = std::clamp(wanted, 0.3 * stride_, 10.0 * stride_);
+            price += many_.known ? stride_ : -stride_;
+            stride_ *= 2.0;
             return price != old;
         }
+        // Counts fall smoothly with the price while they differ by many: from the nearer side go as far as they last fell, and a little
+        // beyond. Then it is a matter of single paths, and the price at which two of them cost the same is the next to try.
+        // Neighbouring spans shift what a span spends, so stay inside the bracket.
         const double low = many_.price, high = few_.price;
-        // Counts fall smoothly with the price while they differ by many; then it is a matter of single paths, and the price at which
-        // two of them cost the same is the next to try. Neighbouring spans shift what a span spends, so stay inside the bracket.
         double wanted = meet_;
-        if (many_.steps - few_.steps > 6) wanted = low + (high - low) * many_.weight / (many_.weight + few_.weight);
+        if (apart_ > 12 && slow_ < 2 && slope_ > 0) {
+            const int64_t above = many_.steps - target_, below = target_ - few_.steps;
+            wanted = above < below ? low + (1.15 * static_cast<double>(above) + 1) / slope_ : high - (1.15 * static_cast<double>(below) + 1) / slope_;
+        } else {
+            slow_ = 0;
+        }
         if (!(wanted > low && wanted < high) || round % 12 == 11) wanted = low + (high - low) / 2;
         price = wanted;
         return price != old;
@@ -146,42 +162,50 @@ class Bracket {
     struct Side {
         double price = 0.0, spent = 0.0;
         int64_t steps = 0;
-        double weight = 0.0;
         bool known = false;
     };
     Side many_, few_;
-    bool exact_ = false, turned_ = false, too_many_ = false;
-    int64_t target_ = 0;
-    double here_ = 0.0, meet_ = 0.0, ceiling_ = kInf;
+    bool exact_ = false, turned_ = false;
+    int slow_ = 0;  // turns on which the two sides came no nearer
+    int64_t target_ = 0, apart_ = 0, last_steps_ = 0;
+    double stride_ = 0.0, slope_ = 0.0, here_ = 0.0, meet_ = 0.0, ceiling_ = kInf, last_price_ = 0.0;
 };
 
 // A first price for a long span, from a few short pieces of it: they stay in the cache, and every sweep over all scores waits for memory.
-double price_of_pieces(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_steps) {
-    constexpr int64_t kPieces = 8, kLongest = 384;
-    const int64_t s = static_cast<int64_t>(p.max_skip), length = std::min(kLongest, std::max(4 * s, (to - from) / (8 * kPieces)));
+void guess_price(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_steps, Bracket& out) {
+    constexpr int64_t kPieces = 12, kLongest = 256;
+    const int64_t s = static_cast<int64_t>(p.max_skip), length = std::min({kLongest, to - from, std::max(4 * s, (to - from) / (6 * kPieces))});
     const std::vector<double> nothing(p.max_skip, 0.0);
     const std::vector<Anchor> ends{{0, 0}, {length, length}};
     const double share = static_cast<double>(wanted_steps) / static_cast<double>(to - from);
-    Bracket bracket;
     Sweep sweep;
-    for (int round = 0; round < 16; ++round) {
-        int64_t steps = 0, frames = 0;
-        double spent = 0.0;
+    int64_t steps = 0, frames = 0;
+    double spent = 0.0;
+    const auto run = [&](double price) {
+        steps = frames = 0, spent = 0.0;
         for (int64_t piece = 0; piece < kPieces; ++piece) {
             const int64_t first = from + (to - from - length) * (2 * piece + 1) / (2 * kPieces);
             const PathProblem part{p.scores + first * s * s, static_cast<size_t>(length + 1), p.max_skip, ends, length, nothing.data(), nothing.data()};
-            RETIME_CALL(sweep, part, {bracket.price}, sweep);
-            // Forbidden triples cut this piece: what it would spend is not known.
-            if (!(sweep.priced < kInf)) continue;
-            steps += sweep.steps[0], spent += sweep.spent[0], frames += length;
+            RETIME_CALL(sweep, part, {price}, sweep);
+            // Forbidden triples may leave no way through a piece.
+            if (sweep.priced < kInf) steps += sweep.steps[0], spent += sweep.spent[0], frames += length;
         }
-        if (steps == 0) return 0.0;
-        if (round == 0) bracket.stride = 0.5 * std::max(std::abs(spent) / static_cast<double>(steps), 1e-300);
+    };
+    Bracket bracket;
+    for (int round = 0; round < 12; ++round) {
+        run(bracket.price);
+        if (steps == 0) return;
+        if (round == 0) bracket.expect(std::max(std::abs(spent) / static_cast<double>(steps), 1e-300), 0.0);
         const int64_t target = static_cast<int64_t>(share * static_cast<double>(frames) + 0.5);
         bracket.add(steps, spent, target, target);
         if (bracket.exact() || !bracket.next(round)) break;
     }
-    return bracket.price;
+    const int64_t before = steps;
+    const double stride = 0.1 * std::abs(bracket.price);
+    run(bracket.price + stride);
+    const double slope = static_cast<double>(before - steps) / stride * static_cast<double>(to - from) / static_cast<double>(std::max<int64_t>(1, frames));
+    out.price = bracket.price;
+    out.expect(stride, slope > 0 && std::isfinite(slope) ? slope : 0.0);
 }
 
 // The vertices and edges that a path within the gap can use.
@@ -408,15 +432,14 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
     most.back() = p.last_position_max - p.anchors[count - 1].position;
     const double n_frames = static_cast<double>(std::max<int64_t>(1, p.anchors.back().position));
 
-    constexpr int64_t kLong = 2048;
+    constexpr int64_t kLong = 1024;
     std::vector<Bracket> brackets(count);
     std::vector<double> price(count, 0.0), best_price;
     for (size_t k = 0; k < count; ++k) {
         const int64_t from = p.anchors[k].frame, to = p.anchors[k + 1].frame;
         // A range of lengths begins at no price: it may need none.
-        if (to - from < kLong || least[k] != most[k]) continue;
-        brackets[k].price = price[k] = price_of_pieces(p, from, to, least[k]);
-        brackets[k].stride = 0.02 * std::abs(price[k]);
+        if (to - from >= kLong && least[k] == most[k]) guess_price(p, from, to, least[k], brackets[k]);
+        price[k] = brackets[k].price;
     }
     Sweep now, best;
     double bound = -kInf;
@@ -430,8 +453,8 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
         for (size_t k = 0; k < count; ++k) {
             // Of the allowed counts, the one that this price likes best bounds all of them.
             dual -= price[k] * static_cast<double>(price[k] > 0 ? most[k] : least[k]);
-            if (brackets[k].stride == 0.0)
-                brackets[k].stride = std::max(0.5 * std::abs(now.spent[k]) / static_cast<double>(std::max<int64_t>(1, now.steps[k])), 1e-300);
+            if (!brackets[k].expects())
+                brackets[k].expect(std::max(std::abs(now.spent[k]) / static_cast<double>(std::max<int64_t>(1, now.steps[k])), 1e-300), 0.0);
             brackets[k].add(now.steps[k], now.spent[k], least[k], most[k]);
             loss += brackets[k].loss();
             exact = exact && brackets[k].exact();
@@ -445,7 +468,7 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
             std::swap(now, best);
         }
         if (exact && (!ranged || price.back() == 0.0)) break;
-        const double enough = 5e-4 * std::abs(bound) / n_frames;
+        const double enough = 2e-3 * std::abs(bound) / n_frames;
         if (loss <= enough || (count == 1 && brackets[0].ceiling() - bound <= enough) || stalled >= 6) break;
         bool moved = false;
         for (size_t k = 0; k < count; ++k) {
