@@ -488,8 +488,32 @@ def test_a_window_of_one_frame_changes_nothing(smoothing: int) -> None:
     np.testing.assert_allclose(result.warp(times), result.steps(times), atol=1e-12)
 
 
-def test_a_hundredth_of_the_length_is_as_fast_as_steps_get() -> None:
-    result = guided_warp(curve(600), length="1%")
+def test_a_fiftieth_of_the_length_is_as_fast_as_steps_get() -> None:
+    result = guided_warp(curve(300), length="2%")
     assert result.n_output == 6
     with pytest.raises(InfeasibleWarpError, match="Use at least"):
         guided_warp(curve(2000), length=3)
+
+
+def test_a_lock_is_kept_beside_keytimes_that_lie_between_frames() -> None:
+    rng = np.random.default_rng(0)
+    solved = 0
+    for _ in range(280):
+        clip = curve(240, 120, seed=int(rng.integers(5)))
+        into = float(rng.uniform(0.5, 1.4))
+        output = into * float(rng.uniform(0.7, 1.4))
+        start = float(rng.uniform(0.2, into - 0.2))
+        lock = Lock(start, float(rng.uniform(start + 0.1, min(start + 0.6, 1.9))))
+        length = f"{int(rng.integers(70, 140))}%"
+        try:
+            result = guided_warp(clip, length=length, keys=[(into, output)], locks=[lock])
+        except (InfeasibleWarpError, OptionError):
+            continue
+        solved += 1
+        frames, times = result.path.frames, result.steps.output_times
+        for span in result.locked:
+            first, last = np.flatnonzero((frames == span.first) | (frames == span.last))
+            # Halfway between knots, where a speed is one piece's.
+            inside = (times[first:last] + times[first + 1 : last + 1]) / 2
+            np.testing.assert_allclose(result.warp.speed(inside), 1.0, rtol=1e-9)
+    assert solved > 250

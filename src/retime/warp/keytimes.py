@@ -363,14 +363,15 @@ def _stretched(
 ) -> tuple[FloatArray, FloatArray]:
     """Change the steps so that they add up to given lengths of output and input.
 
-    Of the choices the first one changes that need not change by more than a quarter; where none will do, all steps.
+    Of the choices the first one changes that need not change by more than a quarter; else the last one, by as much as
+    three quarters; where not even that will do, all steps.
     """
-    for choice in choices:
+    for choice, most in [*((choice, 0.25) for choice in choices), (choices[-1], 0.75)]:
         pieces = [
             (lengths, total - lengths.sum(), lengths[choice].sum())
             for lengths, total in ((spacing, output), (moved, change))
         ]
-        if all(abs(rest) <= loose / 4 for _, rest, loose in pieces):
+        if all(abs(rest) <= most * loose for _, rest, loose in pieces):
             first, second = (
                 np.where(choice, lengths * (1 + (rest / loose if loose else 0.0)), lengths)
                 for lengths, rest, loose in pieces
