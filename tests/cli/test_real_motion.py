@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import warnings
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from retime import FormatWarning, read
-from retime.motion.kinematics import flights
+from retime.motion.kinematics import flights, global_poses
+from retime.motion.motion import Motion
 
 
 def speeds_in_flight(document: dict, spans: list[tuple[float, float]]) -> list[np.ndarray]:
@@ -48,6 +51,34 @@ def test_86_01_shortened_to_65_percent_keeps_both_jumps(run, mocap, tmp_path) ->
 
     linear = run(*line, "--method", "linear").stdout
     assert "flights  0 of 2 kept at unit speed; input 5.90-6.15 s at 1.54, 8.12-8.43 s at 1.54\n" in linear
+
+
+def falling_frames(motion: Motion) -> list[int]:
+    """Frames at 30 Hz at which the root falls freely and both feet are 5 cm or more off the ground."""
+    assert motion.metres_per_unit is not None
+    places = global_poses(motion).positions * motion.metres_per_unit
+    dt = 1 / float(motion.rate)
+    fall = np.gradient(np.gradient(gaussian_filter1d(places[:, 0, 1], 3), dt), dt)
+    feet = [i for i, name in enumerate(motion.skeleton.names) if "foot" in name or "toes" in name]
+    lowest = places[:, feet, 1].min(axis=1)
+    every = np.arange(0, motion.n_frames, round(1 / dt / 30))
+    return np.flatnonzero((fall < -8)[every] & (lowest > np.percentile(lowest, 5) + 0.05)[every]).tolist()
+
+
+@pytest.mark.parametrize("features", ["torso", "heading"])
+def test_all_24_falling_frames_of_86_01_keep_unit_speed(run, mocap, features) -> None:
+    clip = mocap / "cmu-asfamc" / "86_01.amc"
+    options = ("--frames", "1:1980", "--length", "65%", "--features", features, "--json")
+    path = json.loads(run("warp", clip, *options).stdout)["path"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FormatWarning)
+        falling = falling_frames(read(clip).frames(0, 1980))
+    assert len(falling) == 24
+    # Two jumps, of which every frame is shown, as long after the one before as it was.
+    assert set(falling) <= set(path)
+    within = [(a, b) for a, b in itertools.pairwise(falling) if b - a < 10]
+    assert len(within) == 22
+    assert all(path.index(b) - path.index(a) == b - a for a, b in within)
 
 
 def test_02_04_lengthened_by_half_keeps_its_jump(run, mocap) -> None:
