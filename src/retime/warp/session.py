@@ -42,6 +42,7 @@ from retime.warp.path import FramePath, shortest_path
 from retime.warp.picture import facts_html, warp_html
 from retime.warp.reference import Reference, model_poses
 from retime.warp.score import Model, build_model, triple_scores
+from retime.warp.score_table import ScoreTable, score_table
 from retime.warp.spline import spline_warp
 
 Clip = Motion | Signal
@@ -232,7 +233,7 @@ class Session:
             )
         }
         self._reference_tracks = references
-        self._scored: tuple[FloatArray, int, FloatArray, FloatArray] | None = None
+        self._table: ScoreTable | None = None
         self._analysis_seconds = {"features": clock.lap()}
 
     def solve(
@@ -501,17 +502,18 @@ class Session:
         return spline_warp(keytimes, rate=float(self.motion.rate))
 
     def _scores(self, reduction: Reduction, max_skip: int) -> tuple[FloatArray, FloatArray]:
-        """Scores and poses of the unrolled input; kept, for it rarely changes while keytimes are dragged."""
-        if self._scored is not None:
-            times, skip, scores, poses = self._scored
-            if skip == max_skip and np.array_equal(times, reduction.input_times):
-                return scores, poses
-        poses = self._tracks.at(reduction.input_times, self.low_pass)
-        scores = triple_scores(
-            poses, self._model_at[self.rate], max_skip=max_skip, n_neighbors=self.n_neighbors, score=self.score
-        )
-        self._scored = reduction.input_times, max_skip, scores, poses
-        return scores, poses
+        """Scores and poses of the unrolled input; kept, for little of it changes while keytimes are dragged."""
+        if self._table is None or not self._table.serves(reduction, max_skip):
+            skip = max_skip if self._table is None else self._table.next_skip(max_skip)
+
+            def score(poses: FloatArray) -> FloatArray:
+                return triple_scores(
+                    poses, self._model_at[self.rate], max_skip=skip, n_neighbors=self.n_neighbors, score=self.score
+                )
+
+            poses = self._tracks.at(reduction.input_times, self.low_pass)
+            self._table = score_table(reduction, skip, poses, score, self._table)
+        return self._table.up_to(max_skip), self._table.poses
 
     def _seam_costs(self, reduction: Reduction, poses: FloatArray, max_skip: int) -> FloatArray:
         """Score the triple across a loop's seam, where the last frame is the first again; shape (max_skip,)."""
