@@ -181,6 +181,7 @@ export interface State {
   readonly saved: boolean;
   readonly recovered: boolean;
   readonly path: string | null;
+  readonly opened: number;
 }
 
 /** An edit of an unfinished gesture is on disk, and with it all before it. */

@@ -87,7 +87,7 @@ def command(
             raise MissingExtraError("the editor", package=package, extra="edit")
     from retime.project.places import Places
     from retime.project.work import new_document, open_document, open_project, state_folder
-    from retime.server.app import Editor, serve
+    from retime.server.app import Editor, EditorServer
 
     named = [*clips, *references, *([] if project is None else [project])]
     places = Places([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named)
@@ -100,11 +100,10 @@ def command(
         assert document is not None
         work = open_document(document)
 
-    def started(address: str) -> None:
-        say(f"editing at {address}")
-        if not no_browser:
-            click.launch(address)
-
+    server = EditorServer(Editor(work, places, state_folder()), port=port)
+    say(f"editing at {server.guard.address}")
+    if not no_browser:
+        click.launch(server.guard.address)
     # Ctrl-C is how it ends.
     with contextlib.suppress(KeyboardInterrupt):
-        serve(Editor(work, places, state_folder()), port=port, started=started)
+        server.serve_until_interrupted()

@@ -275,6 +275,9 @@ def fault_of(error: Exception, document: Document, clip: AnyClip | None, last: D
             return Fault(lock=lock.id)
         if text in str(error):
             return Fault(lock=lock.id)
+    for key in document.keys:
+        if key.speed is not None and not key.speed > 0:
+            return Fault(key=key.id)
     times = {key.output_time for key in document.keys if f"output time {key.output_time:g} s" in str(error)}
     if isinstance(error, InfeasibleWarpError) and error.span is not None and clip is not None:
         try:

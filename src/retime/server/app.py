@@ -9,7 +9,7 @@ import secrets
 import shutil
 import socket
 import sys
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from importlib.metadata import version
 from pathlib import Path
 
@@ -178,30 +178,45 @@ def listen(port: int) -> socket.socket:
     return listener
 
 
-def serve(editor: Editor, *, port: int = 0, started: Callable[[str], None]) -> None:
-    """Serve until interrupted.
+class EditorServer(uvicorn.Server):
+    """A server of the editor on a loopback port.
 
     Parameters
     ----------
     editor : Editor
         What to serve.
     port : int
-        On the loopback address; 0 takes any that is free.
-    started : function of str
-        Called with the address, token included, when it listens.
+        0 takes any that is free.
+
+    Attributes
+    ----------
+    guard : Guard
+        Knows the address.
+
+    Raises
+    ------
+    OSError
+        The port is taken.
     """
-    with listen(port) as listener:
-        guard = Guard(editor.app, port=listener.getsockname()[1])
-        config = uvicorn.Config(
-            guard,
-            log_level="warning",
-            access_log=False,
-            ws="websockets-sansio",
-            ws_max_size=MAX_MESSAGE,
-            ws_per_message_deflate=False,
-            server_header=False,
-            lifespan="on",
-            timeout_graceful_shutdown=2,
+
+    def __init__(self, editor: Editor, *, port: int = 0) -> None:
+        self._listener = listen(port)
+        self.guard = Guard(editor.app, port=self._listener.getsockname()[1])
+        super().__init__(
+            uvicorn.Config(
+                self.guard,
+                log_level="warning",
+                access_log=False,
+                ws="websockets-sansio",
+                ws_max_size=MAX_MESSAGE,
+                ws_per_message_deflate=False,
+                server_header=False,
+                lifespan="on",
+                timeout_graceful_shutdown=2,
+            )
         )
-        started(guard.address)
-        uvicorn.Server(config).run(sockets=[listener])
+
+    def serve_until_interrupted(self) -> None:
+        """Serve; from before this call on, connections wait to be served."""
+        with self._listener:
+            self.run(sockets=[self._listener])

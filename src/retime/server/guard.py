@@ -59,8 +59,7 @@ class Guard:
         self.token = token or secrets.token_urlsafe(32)
         self.cookie = f"retime-{port}"
         self._secret = secrets.token_urlsafe(32)
-        self.hosts = (f"127.0.0.1:{port}", f"localhost:{port}", f"[::1]:{port}")
-        self._origins = tuple(f"http://{host}" for host in self.hosts)
+        self.hosts = (f"127.0.0.1:{port}", f"localhost:{port}")
 
     @property
     def address(self) -> str:

@@ -227,6 +227,8 @@ class State:
         Whether it was recovered from the journal of a session that ended before it was saved.
     path : str, optional
         The project file, if there is one.
+    opened : int
+        How many documents were opened before this one: where it changes, this is another document.
     """
 
     revision: int
@@ -236,6 +238,7 @@ class State:
     saved: bool
     recovered: bool
     path: str | None
+    opened: int
 
 
 @dataclass(frozen=True)

@@ -106,6 +106,7 @@ class EditorSession:
         self._revision = 1
         # The first revision of the document that is open; what is found for an older one is of another document.
         self._first = 1
+        self._opened = 0
         self._good: tuple[int, Solution] | None = None
         self._shown: tuple[int, Sources] | None = None
         self._opening = False
@@ -169,6 +170,7 @@ class EditorSession:
             saved=work.is_saved,
             recovered=work.recovered,
             path=None if work.path is None else str(work.path),
+            opened=self._opened,
         )
 
     # What pages ask for.
@@ -313,6 +315,7 @@ class EditorSession:
             self._work = found[0]
             self._revision += 1
             self._first = self._revision
+            self._opened += 1
             self._good = None
             self._latest.clear()
             self._ask()

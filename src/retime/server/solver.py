@@ -53,11 +53,15 @@ class LatestOnly(Generic[Job]):
                 lambda: not self._open or self._latest is not None or self._errands, timeout=seconds
             )
 
-    def close(self) -> None:
-        """Begin nothing more, and wait for what is at work."""
+    def stop(self) -> None:
+        """Begin nothing more."""
         with self._changed:
             self._open = False
             self._changed.notify()
+
+    def close(self) -> None:
+        """Begin nothing more, and wait for what is at work."""
+        self.stop()
         self._thread.join()
 
     def _run(self) -> None:
