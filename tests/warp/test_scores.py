@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from functools import cache
 
 import numpy as np
@@ -274,3 +277,101 @@ def test_options_without_meaning_are_refused(kernels: Backend, options: dict[str
 def test_a_score_that_is_not_there_is_refused(kernels: Backend) -> None:
     with pytest.raises(OptionError, match="joint, conditional"):
         table_of("mean", kernels, np.zeros((9, 2)), np.zeros((9, 2)), max_skip=2)
+
+
+@pytest.mark.parametrize("data", DATA)
+@pytest.mark.parametrize(
+    ("n_input", "n_reference", "n_numbers", "max_skip"),
+    [(70, 200, 9, 2), (9, 1300, 2, 3)],
+    ids=["some_blocks", "more_blocks_than_a_chunk"],
+)
+def test_a_reference_put_in_order_gives_the_same_bits(
+    both: tuple[Backend, Backend],
+    monkeypatch: pytest.MonkeyPatch,
+    data: str,
+    n_input: int,
+    n_reference: int,
+    n_numbers: int,
+    max_skip: int,
+) -> None:
+    # Long references are sorted into blocks near one another, projected, and whole blocks rejected.
+    from retime.kernels import compiled
+
+    monkeypatch.setattr(compiled, "_LONG", 64)
+    y, z = DATA[data](np.random.default_rng(5), n_input, n_reference, n_numbers)
+    in_numpy = table_of("joint", both[1], y, z, max_skip=max_skip, n_neighbors=2)
+    for lost in (0.0, 0.3):
+        monkeypatch.setattr(compiled, "_LOST_VARIANCE", lost)
+        assert np.array_equal(table_of("joint", both[0], y, z, max_skip=max_skip, n_neighbors=2), in_numpy)
+
+
+@pytest.mark.parametrize("kind", SCORES)
+def test_ties_in_pose_are_told_before_anything_is_subtracted(kernels: Backend, kind: str) -> None:
+    # 3.5625 is as far from 2.75 as from 4.375; less the mean of these, rounded, it is nearer to 4.375.
+    reference = np.array([[1.0625], [0.875], [2.75], [4.375], [0.3125], [1.1875], [0.1]])
+    resting = np.full((3, 1), 3.5625)
+    wanted = literal_scores(kind, resting, reference, max_skip=1, rate=RATE, time_scale=TIME_SCALE, n_neighbors=1)
+    table = table_of(kind, kernels, resting, reference, max_skip=1, n_neighbors=1)
+    np.testing.assert_allclose(table[1, 0, 0], wanted[1, 0, 0], rtol=1e-12)
+
+
+# Poses that are all alike, each of them a candidate for every triple. Prints the megabytes that scoring them takes.
+ALIKE = """
+import resource, sys
+import numpy as np
+from retime.warp.score import build_model, triple_scores
+
+unit = 1 << 20 if sys.platform == "darwin" else 1 << 10
+poses = np.full((int(sys.argv[2]), 90), 0.1)
+model = build_model([poses], rate=30, time_scale=0.1)
+triple_scores(poses[:9], model, max_skip=1, score=sys.argv[1])
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+triple_scores(poses, model, max_skip=1, score=sys.argv[1])
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / unit)
+assert "numpy.ma" not in sys.modules
+"""
+
+
+@pytest.mark.parametrize(("kind", "n_frames"), [("joint", 400), ("conditional", 700)])
+def test_memory_is_bounded_where_every_frame_is_as_near_as_the_nearest(
+    kernels: Backend, kind: str, n_frames: int
+) -> None:
+    pytest.importorskip("resource", reason="no count of memory here")
+    name = kernels.__name__.rpartition(".")[2].removesuffix("_backend")  # type: ignore[attr-defined]
+    done = subprocess.run(
+        [sys.executable, "-c", ALIKE, kind, str(n_frames)],
+        env=os.environ | {"RETIME_BACKEND": name},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    # All pairs of features at once would be 350 MB, and several times that while they are measured.
+    assert float(done.stdout) < 200
+
+
+@pytest.mark.parametrize("wanted", ["99999999999", "9" * 5000, "256", "007"])
+def test_any_number_of_threads_can_be_asked_for(
+    both: tuple[Backend, Backend], monkeypatch: pytest.MonkeyPatch, wanted: str
+) -> None:
+    y = walk(np.random.default_rng(1), 40, 2)
+    for kind in SCORES:
+        monkeypatch.setenv("RETIME_THREADS", "1")
+        alone = table_of(kind, both[0], y, y, max_skip=2)
+        monkeypatch.setenv("RETIME_THREADS", wanted)
+        assert np.array_equal(table_of(kind, both[0], y, y, max_skip=2), alone)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "n_threads"), [("1", 1), ("007", 7), ("99999999999", 256), ("9" * 5000, 256), ("0", None), ("two", None)]
+)
+def test_threads_come_from_the_environment(
+    both: tuple[Backend, Backend], monkeypatch: pytest.MonkeyPatch, wanted: str, n_threads: int | None
+) -> None:
+    from retime.kernels import compiled
+
+    monkeypatch.delenv("RETIME_THREADS", raising=False)
+    default = compiled.n_threads()
+    assert default >= 1
+    monkeypatch.setenv("RETIME_THREADS", wanted)
+    assert compiled.n_threads() == (n_threads or default)

@@ -1,27 +1,30 @@
-"""The compiled kernels, with the matrix products that feed them.
-
-A call works through the input in blocks of frames, so that the products stay within a fixed memory however long the
-reference is.
-"""
+"""The compiled kernels, and what makes their search quick: order among the reference's frames, and fewer numbers."""
 
 from __future__ import annotations
 
+import math
 import os
 
 import numpy as np
+from numpy.typing import NDArray
 
 from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kernels
 
-_BLOCK_BYTES = 96 << 20
-# kProductsPadding in scores.hpp.
-_PADDING = 64
+_MOST_THREADS = 256
+# A reference of so many frames is worth putting in order.
+_LONG = 4096
+# kPanel in tiles.hpp.
+_BLOCK = 64
+# Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
+_LOST_VARIANCE = 0.002
 
 
 def n_threads() -> int:
     """Threads to use: RETIME_THREADS, else as many as this process may run on."""
-    wanted = os.environ.get("RETIME_THREADS", "")
-    if wanted.isascii() and wanted.isdigit() and int(wanted) > 0:
-        return int(wanted)
+    wanted = os.environ.get("RETIME_THREADS", "").lstrip("0")
+    if wanted.isascii() and wanted.isdigit():
+        # More would only cost memory, and an endless number is no int.
+        return min(int(wanted[:6]), _MOST_THREADS)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -39,63 +42,75 @@ def joint_scores(
     n_input, n_numbers = inputs.shape
     n_reference = len(reference)
     out = np.full((n_input, max_skip, max_skip, *([n_neighbors] if each else [])), np.inf)
-    # |ŷ - ẑ|² / 2 = |ŷ|² / 2 + here - after - before, where each term is linear in one input frame.
-    z, dz, ddz = (reference[:, part * n_numbers : (part + 1) * n_numbers] for part in range(3))
-    weights = (
-        z - 2 * acceleration * ddz,
-        velocity * dz + acceleration * ddz,
-        acceleration * ddz - velocity * dz,
-    )
-    # In single precision only ratios matter: scaled to about 1, nothing overflows.
-    size = max(float(np.abs(reference).max()), float(np.abs(inputs).max()), 1e-300)
-    y = (inputs / size).astype(np.float32)
-    padded = -(-n_reference // _PADDING) * _PADDING
-    together = np.zeros((3, padded, n_numbers), dtype=np.float32)
-    together[:, :n_reference] = np.stack(weights) / size
-    by_columns = together.reshape(3 * padded, n_numbers).T
-    half_squares = 0.5 * np.sum((reference / size) ** 2, axis=1)
-    # Rounding of operands, products and sums of n terms: at most (n + 4) units of |y| |z|, by Cauchy and Schwarz.
-    unit = (n_numbers + 8) * 2.0**-24 * 1.01
-    lengths = np.sqrt(np.sum((inputs / size) ** 2, axis=1))
-    longest = [float(np.sqrt(np.sum((weight / size) ** 2, axis=1)).max()) for weight in weights]
-    slack = unit * lengths[:, None] * np.array(longest)
-    reference_slack = unit * float(half_squares.max()) + 1e-30
-    threads = n_threads()
-    rows = max(2 * max_skip + 1, _BLOCK_BYTES // (12 * padded) - 2 * max_skip)
-    for begin in range(0, n_input, rows):
-        end = min(begin + rows, n_input)
-        first, last = max(0, begin - max_skip), min(n_input, end + max_skip)
-        products = y[first:last] @ by_columns
-        here = products[:, :n_reference]
-        np.subtract(half_squares.astype(np.float32), here, out=here)
-        _kernels.joint_scores(
-            inputs, reference, max_skip, velocity, acceleration, n_neighbors,
-            products, np.ascontiguousarray(slack[first:last]), reference_slack,
-            first, begin, end, threads, each, out,
-        )  # fmt: skip
+    scale = _scale(inputs, reference)
+    low_inputs, low_reference = inputs * scale, reference * scale
+    following = np.arange(1, n_reference + 1, dtype=np.int32)
+    following[-1] = -1
+    long = n_reference >= _LONG
+    if long:
+        low_inputs, low_reference = _projected(low_inputs, low_reference.reshape(-1, n_numbers))
+        order = _neighborhoods(low_reference.astype(np.float32))
+        place = np.empty(n_reference + 1, dtype=np.int32)
+        place[order], place[n_reference] = np.arange(n_reference), -1
+        following = place[order + 1]
+        reference, low_reference = reference[order], low_reference[order]
+    _kernels.joint_scores(
+        inputs, reference, max_skip, velocity, acceleration, n_neighbors,
+        low_inputs, low_reference, scale, following, not long, long, n_threads(), each, out,
+    )  # fmt: skip
     return out
+
+
+def _scale(inputs: FloatArray, reference: FloatArray) -> float:
+    """Return the factor that brings all numbers into [-1, 1]: in single precision, nothing overflows."""
+    size = max(float(np.abs(reference).max()), float(np.abs(inputs).max()))
+    return 1.0 / size if size > 1e-300 else 1.0
+
+
+def _projected(inputs: FloatArray, parts: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Project inputs (n_input, d) and the reference's poses, velocities and accelerations (3 r, d) on few directions.
+
+    The directions are orthogonal, and hold nearly all of the reference's variance.
+    """
+    variances, directions = np.linalg.eigh(parts.T @ parts)
+    left = np.cumsum(np.maximum(variances, 0))
+    few = np.ascontiguousarray(directions[:, left >= _LOST_VARIANCE * left[-1]])
+    return inputs @ few, (parts @ few).reshape(-1, 3 * few.shape[1])
+
+
+def _neighborhoods(rows: NDArray[np.float32]) -> IntArray:
+    """Order rows so that each block of 64, from the first on, holds rows near one another."""
+    order = np.arange(len(rows))
+    parts = [(0, len(rows))]
+    while parts:
+        start, stop = parts.pop()
+        n_blocks = -(-(stop - start) // _BLOCK)
+        if n_blocks < 2:
+            continue
+        here = order[start:stop]
+        some = rows[here]
+        # Across two of them that are far apart.
+        few = some[:: max(1, len(some) // 256)]
+        one = few[np.argmax(np.square(few - few[0]).sum(axis=1))]
+        other = few[np.argmax(np.square(few - one).sum(axis=1))]
+        middle = n_blocks // 2 * _BLOCK
+        order[start:stop] = here[np.argpartition(some @ (other - one), middle)]
+        parts += [(start, start + middle), (start + middle, stop)]
+    return order
 
 
 def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> IntArray:
     """Find the poses nearest to each input frame; see `retime.kernels.Backend`."""
-    n_input, n_numbers = inputs.shape
-    n_reference = len(poses)
-    padded = -(-n_reference // _PADDING) * _PADDING
-    size = max(float(np.abs(poses).max()), float(np.abs(inputs).max()), 1e-300)
-    half_squares = np.zeros(padded)
-    half_squares[:n_reference] = 0.5 * np.sum((poses / size) ** 2, axis=1)
-    by_columns = np.zeros((padded, n_numbers), dtype=np.float32)
-    by_columns[:n_reference] = poses / size
-    unit = (n_numbers + 8) * 2.0**-24 * 1.01
-    longest = float(np.sqrt(2 * half_squares.max()))
-    slack = unit * (np.sqrt(np.sum((inputs / size) ** 2, axis=1)) * longest + float(half_squares.max())) + 1e-30
-    out = np.empty((n_input, n_neighbors), dtype=np.int64)
-    rows = max(1, _BLOCK_BYTES // (4 * padded))
-    for begin in range(0, n_input, rows):
-        part = slice(begin, min(begin + rows, n_input))
-        products = (inputs[part] / size).astype(np.float32) @ by_columns.T
-        np.subtract(half_squares.astype(np.float32), products, out=products)
-        _kernels.nearest_poses(inputs[part], poses, n_neighbors, products, slack[part], out[part])
+    # Products lose fewer digits near the poses' middle; to move there takes a rounding of every number.
+    origin = poses.mean(axis=0)
+    low_inputs, low_poses = inputs - origin, poses - origin
+    scale = _scale(low_inputs, low_poses)
+    largest = max(float(np.abs(inputs).max()), float(np.abs(poses).max()))
+    blur = 2.0**-50 * math.sqrt(inputs.shape[1]) * largest * scale
+    out = np.empty((len(inputs), n_neighbors), dtype=np.int64)
+    _kernels.nearest_poses(
+        inputs, poses, n_neighbors, low_inputs * scale, low_poses * scale, scale, blur, n_threads(), out
+    )
     return out
 
 

@@ -13,12 +13,12 @@ using namespace nb::literals;
 namespace {
 
 using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-using Floats = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Rows = nb::ndarray<const int32_t, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
 using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using IntegerOutput = nb::ndarray<int64_t, nb::c_contig, nb::device::cpu>;
 
-retime::JointProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors) {
+retime::ScoreProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors) {
     return {input.data(), reference.data(), input.shape(0), reference.shape(0), input.shape(1), max_skip, n_neighbors, velocity, acceleration};
 }
 
@@ -41,14 +41,12 @@ NB_MODULE(_kernels, m) {
     m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
 
     m.def("joint_scores",
-          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Floats products,
-             Doubles slack, double reference_slack, size_t first, size_t begin, size_t end, int n_threads, bool each, Output out) {
+          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Doubles low_input,
+             Doubles low_reference, double scale, Rows following, bool tight, bool prune, int n_threads, bool each, Output out) {
               const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
-              const size_t r = products.shape(1) / 3;
-              const retime::Products parts{products.data(), products.data() + r, products.data() + 2 * r, 3 * r, slack.data(), reference_slack, first,
-                                           products.shape(0)};
+              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, following.data(), tight, prune};
               nb::gil_scoped_release unlocked;
-              retime::joint_scores(p, parts, begin, end, n_threads, each, out.data());
+              retime::joint_scores(p, low, n_threads, each, out.data());
           });
 
     m.def("conditional_scores",
@@ -59,10 +57,12 @@ NB_MODULE(_kernels, m) {
               retime::conditional_scores(p, nearest.data(), n_threads, out.data());
           });
 
-    m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Floats products, Doubles slack, IntegerOutput out) {
+    m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Doubles low_input, Doubles low_poses, double scale, double blur,
+                              int n_threads, IntegerOutput out) {
+        const retime::PoseProblem p{input.data(),   poses.data(),   low_input.data(), low_poses.data(), input.shape(0),
+                                    poses.shape(0), input.shape(1), n_neighbors,      scale,            blur};
         nb::gil_scoped_release unlocked;
-        retime::nearest_poses(input.data(), poses.data(), input.shape(0), poses.shape(0), input.shape(1), n_neighbors, products.data(), products.shape(1),
-                              slack.data(), out.data());
+        retime::nearest_poses(p, n_threads, out.data());
     });
 
     m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max, Doubles start_cost, Doubles end_cost,

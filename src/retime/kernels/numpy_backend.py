@@ -8,6 +8,7 @@ sure that no neighbour is missed.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -17,6 +18,8 @@ _LANES = 32
 # kCancelled in scores.cpp.
 _CANCELLED = 1e-3
 _BLOCK_NUMBERS = 4 << 20
+# Numbers of the pairs that are measured at once.
+_PAIR_NUMBERS = 1 << 21
 
 
 def _added_in_order(terms: FloatArray) -> FloatArray:
@@ -52,24 +55,57 @@ def feature_distances(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.sqrt(poses + squared_distances(a[..., n_numbers:], b[..., n_numbers:]))
 
 
-def _candidates(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return pairs (query, row) that hold every query's nearest rows, sorted by query."""
+def _candidates(
+    queries: FloatArray, rows: FloatArray, n_neighbors: int, blur: float = 0.0
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Find pairs (query, row) that hold every query's nearest rows, for some queries at a time.
+
+    Yields the queries of a part, and its pairs, sorted by query. `blur` bounds what a distance is off by. However many
+    rows are as near as the nearest, a part has few pairs, or a single query.
+    """
     half = 0.5 * np.sum(rows * rows, axis=1)
-    value = half - queries @ rows.T
-    kth = np.partition(value, n_neighbors - 1, axis=1)[:, n_neighbors - 1]
-    lengths = np.sqrt(np.sum(queries * queries, axis=1))
-    slack = (rows.shape[1] + 8) * 2.0**-52 * (lengths * math.sqrt(2 * half.max()) + half.max()) + 1e-300
-    query, row = np.nonzero(value <= (kth + 2 * slack)[:, None])
-    return query, row
+    longest = math.sqrt(2 * half.max())
+    most = max(1, _PAIR_NUMBERS // rows.shape[1])
+    block = max(1, _BLOCK_NUMBERS // len(rows))
+    for begin in range(0, len(queries), block):
+        part = queries[begin : begin + block]
+        value = half - part @ rows.T
+        kth = np.partition(value, n_neighbors - 1, axis=1)[:, n_neighbors - 1]
+        lengths = np.sqrt(np.sum(part * part, axis=1))
+        slack = (rows.shape[1] + 8) * 2.0**-52 * (lengths * longest + half.max()) + 1e-300
+        slack += blur * (lengths + longest + blur)
+        near = value <= (kth + 2 * slack)[:, None]
+        n_pairs = np.cumsum(near.sum(axis=1))
+        start = 0
+        while start < len(part):
+            before = n_pairs[start - 1] if start else 0
+            stop = max(start + 1, int(np.searchsorted(n_pairs, before + most, side="right")))
+            query, row = np.nonzero(near[start:stop])
+            yield np.arange(begin + start, begin + stop), query, row
+            start = stop
 
 
-def _nearest_distances(queries: FloatArray, rows: FloatArray, n_neighbors: int) -> FloatArray:
-    """Distances from each query to its nearest rows, the smallest first: (n_queries, n_neighbors)."""
-    query, row = _candidates(queries, rows, n_neighbors)
-    distance = feature_distances(queries[query], rows[row])
-    order = np.lexsort((distance, query))
-    start = np.searchsorted(query, np.arange(len(queries)))
-    return np.asarray(distance[order][start[:, None] + np.arange(n_neighbors)])
+def _nearest(
+    exact: tuple[FloatArray, FloatArray],
+    measure: Callable[[FloatArray, FloatArray], FloatArray],
+    parts: Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]],
+    n_neighbors: int,
+) -> tuple[IntArray, FloatArray]:
+    """Measure candidates: rows and distances (n_queries, n_neighbors), the nearest first, ties to the earlier."""
+    queries, rows = exact
+    found = np.empty((len(queries), n_neighbors), dtype=np.int64)
+    distances = np.empty((len(queries), n_neighbors))
+    most = max(1, _PAIR_NUMBERS // rows.shape[1])
+    for which, query, row in parts:
+        distance = np.empty(len(row))
+        # One query alone may have all rows as candidates.
+        for begin in range(0, len(row), most):
+            some = slice(begin, begin + most)
+            distance[some] = measure(queries[which[query[some]]], rows[row[some]])
+        order = np.lexsort((row, distance, query))
+        place = order[np.searchsorted(query, np.arange(len(which)))[:, None] + np.arange(n_neighbors)]
+        found[which], distances[which] = row[place], distance[place]
+    return found, distances
 
 
 def mean_in_order(distances: FloatArray) -> FloatArray:
@@ -82,17 +118,11 @@ def mean_in_order(distances: FloatArray) -> FloatArray:
 
 def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> IntArray:
     """Return the reference frames nearest in pose to each input frame, (n_input, n_neighbors); ties to the earlier."""
-    nearest = np.empty((len(inputs), n_neighbors), dtype=np.int64)
-    block = max(1, _BLOCK_NUMBERS // len(poses))
-    for begin in range(0, len(inputs), block):
-        part = inputs[begin : begin + block]
-        query, row = _candidates(part, poses, n_neighbors)
-        distance = squared_distances(part[query], poses[row])
-        order = np.lexsort((row, distance, query))
-        start = np.searchsorted(query, np.arange(len(part)))
-        for neighbor in range(n_neighbors):
-            nearest[begin : begin + len(part), neighbor] = row[order][start + neighbor]
-    return nearest
+    # Products lose fewer digits near the poses' middle; to move there takes a rounding of every number.
+    origin = poses.mean(axis=0)
+    blur = 2.0**-50 * math.sqrt(poses.shape[1]) * max(float(np.abs(inputs).max()), float(np.abs(poses).max()))
+    parts = _candidates(inputs - origin, poses - origin, n_neighbors, blur)
+    return _nearest((inputs, poses), squared_distances, parts, n_neighbors)[0]
 
 
 def _triples(
@@ -121,16 +151,14 @@ def joint_scores(
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     out = np.full((len(inputs), max_skip, max_skip, n_neighbors), np.inf)
-    block = max(1, _BLOCK_NUMBERS // len(reference))
     for a in range(1, max_skip + 1):
         for b in range(1, max_skip + 1):
             if a + b >= len(inputs):
                 break
-            middle, *parts = _triples(inputs, a, b, velocity, acceleration)
-            queries = np.concatenate(parts, axis=1)
-            for begin in range(0, len(queries), block):
-                rows = slice(middle.start + begin, min(middle.start + begin + block, middle.stop))
-                out[rows, a - 1, b - 1] = _nearest_distances(queries[begin : begin + block], reference, n_neighbors)
+            middle, *features = _triples(inputs, a, b, velocity, acceleration)
+            queries = np.concatenate(features, axis=1)
+            parts = _candidates(queries, reference, n_neighbors)
+            out[middle, a - 1, b - 1] = _nearest((queries, reference), feature_distances, parts, n_neighbors)[1]
     return out if each else mean_in_order(out)
 
 

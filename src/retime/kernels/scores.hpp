@@ -4,8 +4,8 @@
 
 namespace retime {
 
-// Arrays of the joint score; all row-major.
-struct JointProblem {
+// Arrays of a score; all row-major.
+struct ScoreProblem {
     const double* input;      // (n_input, n_numbers) poses y
     const double* reference;  // (n_reference, 3 * n_numbers) features [z, dz, ddz], already scaled
     size_t n_input, n_reference, n_numbers;
@@ -13,32 +13,36 @@ struct JointProblem {
     double velocity, acceleration;  // factors of first and second differences
 };
 
-// Reference frames are padded to a multiple of this in the products.
-constexpr size_t kProductsPadding = 64;
-
-// Products that find candidates, in single precision, for input frames [first, first + n_rows) of the problem:
-//   half |y^ - z^|^2 = half |y^|^2 + here[j, l] - after[k, l] - before[i, l].
-struct Products {
-    const float* here;
-    const float* after;
-    const float* before;
-    size_t stride;         // from one row of any of them to the next: 3 times n_reference, padded
-    const double* slack;  // (n_rows, 3): each frame's share, as here, after, before, of the error bound
-    double reference_slack;
-    size_t first, n_rows;
+// The same poses and features in fewer numbers, times `scale`: an orthogonal projection, so that distances here are at most those there,
+// times scale. They find candidates.
+struct Projection {
+    const double* input;      // (n_input, depth), numbers within [-1, 1]
+    const double* reference;  // (n_reference, 3 * depth)
+    size_t depth;
+    double scale;
+    const int32_t* following;  // (n_reference): the row of the next frame in time, or -1
+    bool tight;                // nothing was left out: the same distances, times scale
+    bool prune;                // reject blocks of 64 rows by their centres; pays where neighbouring rows are close together
 };
 
-// For the triples whose middle frame is in [begin, end): the mean distance to the nearest reference features into out (n_input,
-// max_skip, max_skip), or with `each` the distances themselves, the smallest first, into out (n_input, max_skip, max_skip, n_neighbors).
-void joint_scores(const JointProblem& problem, const Products& products, size_t begin, size_t end, int n_threads, bool each, double* out);
+// Mean distances to the nearest reference features into out (n_input, max_skip, max_skip), or with `each` the distances themselves, the
+// smallest first, into out (n_input, max_skip, max_skip, n_neighbors). Triples outside the input are left as they are.
+void joint_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out);
 
-// The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each input row, the nearest first, ties to the earlier row.
-// products: half |z|^2 - y . z in single precision, one row an input frame, `stride` apart; slack bounds its error for each of them.
-void nearest_poses(const double* input, const double* poses, size_t n_input, size_t n_reference, size_t n_numbers, size_t n_neighbors,
-                   const float* products, size_t stride, const double* slack, int64_t* out);
+// The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each row of `input`, the nearest first, ties to the earlier row.
+// low_input and low_poses: the same about another origin, times `scale`; `blur` bounds what a distance between them is off by.
+struct PoseProblem {
+    const double* input;
+    const double* poses;
+    const double* low_input;
+    const double* low_poses;
+    size_t n_input, n_reference, n_numbers, n_neighbors;
+    double scale, blur;
+};
+void nearest_poses(const PoseProblem& problem, int n_threads, int64_t* out);
 
 // The conditional score: for every input frame the n_neighbors rows in `nearest` say how its pose should move.
 //   out[j, a, b] = mean over l in nearest[j] of | [dy, ddy] - [dz_l, ddz_l] |.
-void conditional_scores(const JointProblem& problem, const int64_t* nearest, int n_threads, double* out);
+void conditional_scores(const ScoreProblem& problem, const int64_t* nearest, int n_threads, double* out);
 
 }  // namespace retime

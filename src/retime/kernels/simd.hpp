@@ -7,8 +7,10 @@
 
 #if defined(__GNUC__)
 #define RETIME_INLINE inline __attribute__((always_inline))
+#define RETIME_LAMBDA_INLINE __attribute__((always_inline))
 #else
 #define RETIME_INLINE inline
+#define RETIME_LAMBDA_INLINE
 #endif
 
 #if defined(__x86_64__) && defined(__GNUC__)

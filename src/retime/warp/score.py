@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from retime.errors import OptionError
 from retime.kernels import Backend, FloatArray, IntArray, backend
@@ -29,6 +30,8 @@ class Model:
     ----------
     features : float array, shape (n_frames, 3 * n_numbers)
         Pose, scaled velocity, scaled acceleration, about `origin`.
+    poses : float array, shape (n_frames, n_numbers)
+        The poses as they were given: the shift rounds, so that ties among them are told here.
     weights : float array, shape (n_frames,)
         A weight w makes distances w times shorter.
     reference : int array, shape (n_frames,)
@@ -42,6 +45,7 @@ class Model:
     """
 
     features: FloatArray
+    poses: FloatArray
     weights: FloatArray
     reference: IntArray
     frame: IntArray
@@ -94,6 +98,7 @@ def build_model(
     features = [timing_features(poses - origin, rate=rate, time_scale=time_scale) for poses in references]
     return Model(
         np.ascontiguousarray(np.concatenate(features)),
+        np.ascontiguousarray(np.concatenate([poses[1:-1] for poses in references]), dtype=np.float64),
         np.concatenate([np.full(len(part), float(w)) for part, w in zip(features, weights, strict=True)]),
         np.concatenate([np.full(len(part), i, dtype=np.int64) for i, part in enumerate(features)]),
         np.concatenate([np.arange(1, len(part) + 1, dtype=np.int64) for part in features]),
@@ -175,9 +180,9 @@ def triple_scores(
     kernels = use or backend()
     inputs = np.ascontiguousarray(input_poses - model.origin)
     scales = model.velocity, model.acceleration
-    groups = [model.weights == weight for weight in np.unique(model.weights)]
+    groups = _groups(model)
     if score == "conditional":
-        nearest = _nearest_in_pose(inputs, model, groups, n_neighbors, kernels)
+        nearest = _nearest_in_pose(input_poses, model, groups, n_neighbors, kernels)
         return kernels.conditional_scores(inputs, model.features, nearest, max_skip, *scales)
     if len(groups) == 1 and model.weights[0] == 1.0:
         return kernels.joint_scores(inputs, model.features, max_skip, *scales, n_neighbors)
@@ -190,11 +195,17 @@ def triple_scores(
     return mean_in_order(np.sort(np.concatenate(found, axis=-1), axis=-1)[..., :n_neighbors])
 
 
+def _groups(model: Model) -> list[NDArray[np.bool_]]:
+    """Return the frames of each weight."""
+    # NumPy's own unique would import its masked arrays, which takes longer than most scores.
+    return [model.weights == weight for weight in sorted(set(model.weights.tolist()))]
+
+
 def _nearest_in_pose(
     inputs: FloatArray, model: Model, groups: Sequence[np.ndarray], n_neighbors: int, kernels: Backend
 ) -> IntArray:
     """Model frames nearest in pose to each input frame, (n_input, n_neighbors); ties to the earlier frame."""
-    poses = np.ascontiguousarray(model.features[:, : model.n_numbers])
+    inputs, poses = np.ascontiguousarray(inputs, dtype=np.float64), model.poses
     if len(groups) == 1:
         return kernels.nearest_poses(inputs, poses, n_neighbors)
     rows, distances = [], []
@@ -228,8 +239,12 @@ def matched_frames(
     )
     rows = np.empty((len(features), n_neighbors), dtype=np.int64)
     distances = np.empty((len(features), n_neighbors))
-    groups = [model.weights == weight for weight in np.unique(model.weights)]
-    near = _nearest_in_pose(here, model, groups, n_neighbors, backend()) if score == "conditional" else None
+    groups = _groups(model)
+    near = (
+        _nearest_in_pose(input_poses[path[1:-1]], model, groups, n_neighbors, backend())
+        if score == "conditional"
+        else None
+    )
     block = max(1, (4 << 20) // model.features.size)
     for start in range(0, len(features), block):
         part = slice(start, min(start + block, len(features)))
