@@ -1,0 +1,136 @@
+/** Edits of the document: functions from one document value to the next. They check nothing that the server checks. */
+
+import type { Document, Key, LockedTime, Options, ReferenceFile } from "./messages";
+import { clamp, snapped } from "./scale";
+
+/** An id that no key or lock of the document has. */
+export function freshId(document: Document, letter: string): string {
+  const taken = new Set([...document.keys, ...document.locks].map((one) => one.id));
+  let n = 1;
+  while (taken.has(`${letter}${n}`)) n++;
+  return `${letter}${n}`;
+}
+
+export function keysInOrder(document: Document): Key[] {
+  return [...document.keys].sort((a, b) => a.output_time - b.output_time);
+}
+
+export function findKey(document: Document, id: string | null): Key | null {
+  return document.keys.find((key) => key.id === id) ?? null;
+}
+
+export function findLock(document: Document, id: string | null): LockedTime | null {
+  return document.locks.find((lock) => lock.id === id) ?? null;
+}
+
+/** Add a keytime; returns the document and the key's id. One that stands at that output time is returned instead. */
+export function addKey(document: Document, inputTime: number, outputTime: number): [Document, string] {
+  const there = document.keys.find((key) => Math.abs(key.output_time - outputTime) < 1e-9);
+  if (there) return [document, there.id];
+  const key: Key = { id: freshId(document, "k"), input_time: inputTime, output_time: outputTime, speed: null };
+  return [{ ...document, keys: [...document.keys, key] }, key.id];
+}
+
+export function changeKey(document: Document, id: string, change: Partial<Omit<Key, "id">>): Document {
+  return { ...document, keys: document.keys.map((key) => (key.id === id ? { ...key, ...change } : key)) };
+}
+
+export function deleteKey(document: Document, id: string): Document {
+  return { ...document, keys: document.keys.filter((key) => key.id !== id) };
+}
+
+export interface Room {
+  /** Seconds of the first clip. */
+  readonly inputDuration: number;
+  /** Frames a second of the first clip. */
+  readonly rate: number;
+  /** Seconds of the output; its end is no key. */
+  readonly outputEnd: number;
+}
+
+/**
+ * Where a key lands that is dragged to a place: on whole frames if so wished, inside the input, and in output time at
+ * least a frame from its neighbours and the ends.
+ */
+export function keyPlace(
+  document: Document,
+  id: string,
+  wanted: { inputTime: number; outputTime: number },
+  room: Room,
+  snap: boolean,
+): { input_time: number; output_time: number } {
+  const others = document.keys.filter((key) => key.id !== id).map((key) => key.output_time);
+  const own = findKey(document, id)?.output_time ?? wanted.outputTime;
+  const frame = 1 / room.rate;
+  const before = Math.max(0, ...others.filter((time) => time < own));
+  const after = Math.min(room.outputEnd, ...others.filter((time) => time > own));
+  const place = (time: number): number => (snap ? snapped(time, room.rate) : time);
+  // Neighbours less than two frames apart leave no room: then it stands midway.
+  const low = before + frame;
+  const high = after - frame;
+  const outputTime = low <= high ? clamp(place(wanted.outputTime), low, high) : (before + after) / 2;
+  return { input_time: clamp(place(wanted.inputTime), 0, room.inputDuration), output_time: outputTime };
+}
+
+/** Add a span that may not be cut: slowed down at most. */
+export function addLock(document: Document, start: number, end: number): [Document, string] {
+  const lock: LockedTime = { id: freshId(document, "l"), start, end, slowest: 1, fastest: 1 };
+  return [{ ...document, locks: [...document.locks, lock] }, lock.id];
+}
+
+export function changeLock(document: Document, id: string, change: Partial<Omit<LockedTime, "id">>): Document {
+  return { ...document, locks: document.locks.map((lock) => (lock.id === id ? { ...lock, ...change } : lock)) };
+}
+
+export function deleteLock(document: Document, id: string): Document {
+  return { ...document, locks: document.locks.filter((lock) => lock.id !== id) };
+}
+
+export function setOption<K extends keyof Options>(document: Document, name: K, value: Options[K]): Document {
+  return { ...document, options: { ...document.options, [name]: value } };
+}
+
+/** Say which frames of the first reference are imitated; all of a clip's own are what no reference says. */
+export function setReferenceRange(document: Document, range: { first: number; last: number } | null): Document {
+  const [first, ...rest] = document.references;
+  const plain: ReferenceFile = first ?? {
+    path: null,
+    first_frame: null,
+    last_frame: null,
+    weight: 1,
+    mirror: false,
+    fps: null,
+    skeleton: null,
+    joint_map: null,
+  };
+  if (range === null && plain.path === null && rest.length === 0 && !plain.mirror) {
+    return { ...document, references: [] };
+  }
+  const cut = { ...plain, first_frame: range?.first ?? null, last_frame: range?.last ?? null };
+  return { ...document, references: [cut, ...rest] };
+}
+
+/** A length as frames of output, as the document writes it. */
+export function lengthInFrames(outputEnd: number, rate: number): string {
+  return `${Math.max(2, Math.round(outputEnd * rate) + 1)}f`;
+}
+
+/** A speed as a person types it: `1.5`, `1/2`, `150%`; null where it says nothing. */
+export function parseSpeed(text: string): number | null {
+  const trimmed = text.trim().replace(/[×x]$/u, "");
+  const found = /^(\d+(?:\.\d+)?|\.\d+)(?:\s*\/\s*(\d+(?:\.\d+)?))?(%)?$/u.exec(trimmed);
+  if (!found) return null;
+  const value = (Number(found[1]) / (found[2] ? Number(found[2]) : 1)) * (found[3] ? 0.01 : 1);
+  return Number.isFinite(value) && value > 0 ? value : null;
+}
+
+/** A time as a person types it: `3.5`, `3.5s`, `105f`, `1:03.5`; null where it says none. */
+export function parseTime(text: string, rate: number): number | null {
+  const trimmed = text.trim().toLowerCase();
+  const frames = /^(-?\d+(?:\.\d+)?)\s*f$/u.exec(trimmed);
+  if (frames) return Number(frames[1]) / rate;
+  const clock = /^(\d+):(\d{1,2}(?:\.\d+)?)$/u.exec(trimmed);
+  if (clock) return Number(clock[1]) * 60 + Number(clock[2]);
+  const seconds = /^(-?\d+(?:\.\d+)?|-?\.\d+)\s*s?$/u.exec(trimmed);
+  return seconds ? Number(seconds[1]) : null;
+}

@@ -1,0 +1,68 @@
+/**
+ * Changes on their way to the server: in order, at most one a frame and one unanswered; of a drag the newest one wins.
+ */
+
+export interface Change<T> {
+  readonly value: T;
+  /** Changes of one gesture replace each other while they wait; others never do. */
+  readonly gesture: string;
+  /** When the person moved, as `performance.now()` counts: of this change, and of those that it replaced. */
+  readonly moves: readonly number[];
+}
+
+/** Runs a callback once, at the next animation frame. */
+export type AtNextFrame = (callback: () => void) => void;
+
+export class Gate<T> {
+  private waiting: Change<T>[] = [];
+  private unanswered: Change<T> | null = null;
+  private asked = false;
+
+  /** `send` says whether it could; a change that could not be sent keeps its place. */
+  constructor(
+    private readonly send: (change: Change<T>) => boolean,
+    private readonly atNextFrame: AtNextFrame,
+  ) {}
+
+  /** Whether a change waits or has no answer yet. */
+  get busy(): boolean {
+    return this.waiting.length > 0 || this.unanswered !== null;
+  }
+
+  /** Whether a change waits that was not sent. */
+  get waits(): boolean {
+    return this.waiting.length > 0;
+  }
+
+  /** Offer a change; it replaces one of the same gesture that still waits. */
+  offer(value: T, gesture: string, moved: number): void {
+    const last = this.waiting.at(-1);
+    const replaced = last?.gesture === gesture ? this.waiting.pop() : undefined;
+    this.waiting.push({ value, gesture, moves: [...(replaced?.moves ?? []), moved] });
+    this.ask();
+  }
+
+  /** The server answered what is in flight: lets the next one go. */
+  answered(): void {
+    this.unanswered = null;
+    this.ask();
+  }
+
+  /** The server refused, or is gone: what was meant for its old state is dropped. */
+  reset(): void {
+    this.waiting = [];
+    this.unanswered = null;
+  }
+
+  private ask(): void {
+    if (this.asked || this.unanswered || this.waiting.length === 0) return;
+    this.asked = true;
+    this.atNextFrame(() => {
+      this.asked = false;
+      const next = this.waiting[0];
+      if (!next || this.unanswered || !this.send(next)) return;
+      this.waiting.shift();
+      this.unanswered = next;
+    });
+  }
+}

@@ -1,0 +1,37 @@
+/** The page in a browser tab: the editor, and a WebSocket to the server that sent it. */
+
+import "./style.css";
+import "./page.css";
+import { App } from "./app";
+import type { Link, LinkEvents } from "./session";
+
+const root = document.getElementById("editor");
+if (!root) throw new Error("the page has no place for the editor");
+
+async function upload(file: File): Promise<void> {
+  const answer = await fetch(`/drop?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file });
+  if (!answer.ok) throw new Error(await answer.text());
+}
+
+const app = new App(root, { upload });
+connect(app.session, 0);
+
+/** Connect, and again where the connection breaks: first soon, then every few seconds. */
+function connect(events: LinkEvents, failures: number): void {
+  const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`);
+  socket.binaryType = "arraybuffer";
+  const link: Link = { send: (text) => socket.send(text) };
+  let failed = failures;
+  socket.addEventListener("open", () => {
+    failed = 0;
+    events.opened(link);
+  });
+  socket.addEventListener("message", ({ data }: MessageEvent<string | ArrayBuffer>) => {
+    if (typeof data === "string") events.text(data);
+    else events.bytes(data);
+  });
+  socket.addEventListener("close", () => {
+    events.closed();
+    setTimeout(() => connect(events, failed + 1), Math.min(400 * 2 ** failed, 5000));
+  });
+}

@@ -1,0 +1,224 @@
+/** Dialogs: open, save, export, shortcuts. */
+
+import { make, setText } from "../dom";
+import { icon } from "../icons";
+import type { Listing } from "../messages";
+import type { Session } from "../session";
+import { shownKey, type Shortcut } from "../shortcuts";
+import type { Store } from "../store";
+import { choice, check, textField, type Check, type Choice, type Field } from "./fields";
+
+export class Dialogs {
+  private readonly help: HTMLDialogElement;
+  private readonly open: HTMLDialogElement;
+  private readonly write: HTMLDialogElement;
+  private readonly files = make("ul", { class: "files", "aria-label": "Files" });
+  private readonly folder = make("p", { class: "note" });
+  private readonly openPath: Field;
+  private readonly writeTitle = make("h3", {}, "Save project");
+  private readonly what: Choice<"motion" | "warp" | "picture">;
+  private readonly whichClip: Choice<string>;
+  private readonly writePath: Field;
+  private readonly overwrite: Check;
+  private mayOverwrite = false;
+  private saving = true;
+  private listing: Listing | null = null;
+
+  constructor(
+    root: HTMLElement,
+    private readonly store: Store,
+    private readonly session: Session,
+    private readonly upload: ((file: File) => void) | null,
+  ) {
+    this.help = this.dialog("Keyboard shortcuts", []);
+    this.openPath = textField("Path", "A clip (BVH, AMC, CSV, …) or a project", () => true);
+    this.what = choice("What", "What to write", () => this.suggest());
+    this.whichClip = choice("Clip", "Of a group: which clip", () => this.suggest());
+    this.writePath = textField("Path", "The name's ending says in which format", () => true);
+    this.overwrite = check("Replace the file if it is there", "", (on) => (this.mayOverwrite = on));
+    this.open = this.openDialog();
+    this.write = this.writeDialog();
+    root.append(this.help, this.open, this.write);
+  }
+
+  get isOpen(): boolean {
+    return [this.help, this.open, this.write].some((dialog) => dialog.open);
+  }
+
+  showHelp(shortcuts: readonly Shortcut[], hands: readonly (readonly [string, string])[]): void {
+    const entry = (keys: (Node | string)[], does: string): HTMLElement =>
+      make("div", {}, make("dt", {}, ...keys), make("dd", {}, does));
+    const list = make(
+      "dl",
+      { class: "shortcuts" },
+      ...shortcuts.map((one) =>
+        entry(
+          one.keys.slice(0, 2).flatMap((key, i) => [...(i > 0 ? [" "] : []), make("kbd", {}, shownKey(key))]),
+          one.does,
+        ),
+      ),
+      ...hands.map(([how, does]) => entry([how], does)),
+    );
+    this.help.replaceChildren(form("Keyboard shortcuts", [list], [closeButton(this.help)]));
+    this.help.showModal();
+  }
+
+  showOpen(): void {
+    this.openPath.show("");
+    this.openPath.input.value = "";
+    this.open.showModal();
+    this.session.browse(this.listing?.folder ?? null);
+  }
+
+  showSave(): void {
+    this.saving = true;
+    this.showWrite("Save project");
+  }
+
+  showExport(): void {
+    this.saving = false;
+    this.showWrite("Export");
+  }
+
+  list(listing: Listing): void {
+    this.listing = listing;
+    setText(this.folder, listing.folder);
+    const entry = (name: string, kind: "up" | "folder" | "file", action: () => void): HTMLElement => {
+      const made = make("button", { type: "button", class: "button" }, icon(kind), name);
+      made.addEventListener("click", action);
+      return make("li", {}, made);
+    };
+    const { folder, parent } = listing;
+    this.files.replaceChildren(
+      ...(parent === null ? [] : [entry("..", "up", () => this.session.browse(parent))]),
+      ...listing.folders.map((name) => entry(name, "folder", () => this.session.browse(joined(folder, name)))),
+      ...listing.files.map((name) =>
+        entry(name, "file", () => {
+          this.open.close();
+          this.session.open(joined(folder, name));
+        }),
+      ),
+    );
+    if (this.write.open && this.writePath.input.value === "") this.suggest();
+  }
+
+  private dialog(label: string, children: Node[]): HTMLDialogElement {
+    const dialog = make("dialog", { "aria-label": label }, ...children);
+    // A click on what lies around it closes it.
+    dialog.addEventListener("pointerdown", (event) => {
+      if (event.target === dialog) dialog.close();
+    });
+    dialog.addEventListener("keydown", (event) => event.stopPropagation());
+    return dialog;
+  }
+
+  private openDialog(): HTMLDialogElement {
+    const dialog = this.dialog("Open", []);
+    const go = make("button", { type: "submit", class: "button main" }, "Open");
+    const footer: HTMLElement[] = [];
+    if (this.upload) {
+      const { upload } = this;
+      const picker = make("input", { type: "file", hidden: true, tabindex: -1, "aria-hidden": true });
+      picker.addEventListener("change", () => {
+        const file = picker.files?.[0];
+        if (file) {
+          dialog.close();
+          upload(file);
+        }
+      });
+      const elsewhere = make("button", { type: "button", class: "button framed" }, "From elsewhere…");
+      elsewhere.addEventListener("click", () => picker.click());
+      footer.push(elsewhere, picker, make("span", { class: "gap" }));
+    }
+    const body = form("Open", [this.folder, this.files, this.openPath.row], [...footer, closeButton(dialog, "Cancel"), go]);
+    body.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const path = this.openPath.input.value.trim();
+      if (path === "") return;
+      dialog.close();
+      this.session.open(path);
+    });
+    dialog.append(body);
+    return dialog;
+  }
+
+  private writeDialog(): HTMLDialogElement {
+    const dialog = this.dialog("Write", []);
+    const go = make("button", { type: "submit", class: "button main" }, "Write");
+    const body = form(
+      this.writeTitle,
+      [this.what.row, this.whichClip.row, this.writePath.row, this.overwrite.row],
+      [closeButton(dialog, "Cancel"), go],
+    );
+    body.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const path = this.writePath.input.value.trim();
+      if (path === "") {
+        this.writePath.input.focus();
+        return;
+      }
+      dialog.close();
+      if (this.saving) this.session.save(path, this.mayOverwrite);
+      else this.session.export(this.kind, path, Number(this.whichClip.select.value || 0), this.mayOverwrite);
+    });
+    dialog.append(body);
+    return dialog;
+  }
+
+  private get kind(): "motion" | "warp" | "picture" {
+    return this.what.select.value as "motion" | "warp" | "picture";
+  }
+
+  private showWrite(title: string): void {
+    setText(this.writeTitle, title);
+    this.write.setAttribute("aria-label", title);
+    this.what.row.hidden = this.saving;
+    this.what.show(
+      [
+        { value: "motion", text: "Motion, retimed" },
+        { value: "warp", text: "Warp (JSON)" },
+        { value: "picture", text: "Picture of the warp (SVG, PNG, PDF)" },
+      ],
+      this.kind || "motion",
+    );
+    this.whichClip.show(
+      this.store.clips.map((clip, i) => ({ value: String(i), text: clip.name })),
+      String(this.store.view.clip),
+    );
+    this.mayOverwrite = false;
+    this.overwrite.show(false);
+    this.suggest();
+    this.write.showModal();
+    this.writePath.input.focus();
+    this.writePath.input.select();
+  }
+
+  /** A path that says what is in it, beside the clip or the project. */
+  private suggest(): void {
+    const { state, document, clips } = this.store;
+    const which = this.saving ? 0 : Number(this.whichClip.select.value || 0);
+    const source = document?.clips[which]?.path ?? clips[which]?.name ?? "clip";
+    this.whichClip.row.hidden = this.saving || this.kind !== "motion" || clips.length < 2;
+    const [, stem = source, ending = ""] = /^(.*?)(\.[^./\\]+)?$/u.exec(source) ?? [];
+    const path = this.saving
+      ? (state?.path ?? `${stem}.retime.json`)
+      : { motion: `${stem}_retimed${ending}`, warp: `${stem}_warp.json`, picture: `${stem}_warp.svg` }[this.kind];
+    this.writePath.input.value = path;
+  }
+}
+
+function joined(folder: string, name: string): string {
+  const between = folder.includes("\\") && !folder.includes("/") ? "\\" : "/";
+  return folder === "" || folder.endsWith(between) ? `${folder}${name}` : `${folder}${between}${name}`;
+}
+
+function closeButton(dialog: HTMLDialogElement, text = "Close"): HTMLButtonElement {
+  const made = make("button", { type: "button", class: "button framed" }, text);
+  made.addEventListener("click", () => dialog.close());
+  return made;
+}
+
+function form(title: string | HTMLElement, body: Node[], footer: Node[]): HTMLFormElement {
+  const heading = typeof title === "string" ? make("h3", {}, title) : title;
+  return make("form", { method: "dialog" }, make("header", {}, heading), ...body, make("footer", {}, ...footer));
+}

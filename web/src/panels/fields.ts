@@ -1,0 +1,121 @@
+/** Fields of the side: typed values that answer to Enter, and show what the document holds while nobody types. */
+
+import { make, setAttribute } from "../dom";
+
+let count = 0;
+
+export interface Field {
+  readonly row: HTMLElement;
+  readonly input: HTMLInputElement;
+  /** Show a value, unless someone is typing another. */
+  show(text: string): void;
+}
+
+/** A field for text; `commit` says whether it could make sense of it. */
+export function textField(label: string, hint: string, commit: (text: string) => boolean): Field {
+  const id = `retime-field-${++count}`;
+  const input = make("input", { id, class: "field", type: "text", spellcheck: "false", autocomplete: "off", title: hint });
+  let shown = "";
+  const take = (): void => {
+    if (input.value === shown) return setAttribute(input, "aria-invalid", null);
+    setAttribute(input, "aria-invalid", commit(input.value.trim()) ? null : "true");
+  };
+  input.addEventListener("change", take);
+  input.addEventListener("keydown", (event) => {
+    event.stopPropagation();
+    if (event.key === "Escape") {
+      input.value = shown;
+      setAttribute(input, "aria-invalid", null);
+      input.blur();
+    }
+    if (event.key === "Enter") {
+      take();
+      input.select();
+    }
+  });
+  return {
+    row: make("div", { class: "row" }, make("label", { for: id }, label), input),
+    input,
+    show(text) {
+      shown = text;
+      if (document.activeElement !== input && input.getAttribute("aria-invalid") !== "true") input.value = text;
+      else if (document.activeElement !== input) {
+        setAttribute(input, "aria-invalid", null);
+        input.value = text;
+      }
+    },
+  };
+}
+
+export interface Slider {
+  readonly row: HTMLElement;
+  readonly input: HTMLInputElement;
+  show(value: number, text: string): void;
+}
+
+/** A slider whose drag is one gesture: `slide` while it moves, `settle` when it is let go. */
+export function slider(
+  label: string,
+  hint: string,
+  bounds: { min: number; max: number; step: number },
+  slide: (value: number, done: boolean) => void,
+): Slider {
+  const id = `retime-field-${++count}`;
+  const input = make("input", { id, class: "slider", type: "range", title: hint, ...bounds });
+  const said = make("span", { class: "note" });
+  said.style.minWidth = "38px";
+  said.style.textAlign = "right";
+  input.addEventListener("input", () => slide(Number(input.value), false));
+  input.addEventListener("change", () => slide(Number(input.value), true));
+  return {
+    row: make("div", { class: "row" }, make("label", { for: id }, label), make("span", { class: "pair" }, input, said)),
+    input,
+    show(value, text) {
+      input.value = String(value);
+      input.style.setProperty("--share", `${(100 * (value - bounds.min)) / (bounds.max - bounds.min)}%`);
+      setAttribute(input, "aria-valuetext", text);
+      said.textContent = text;
+    },
+  };
+}
+
+export interface Check {
+  readonly row: HTMLElement;
+  show(on: boolean): void;
+}
+
+export function check(label: string, hint: string, change: (on: boolean) => void): Check {
+  const input = make("input", { type: "checkbox" });
+  input.addEventListener("change", () => change(input.checked));
+  return {
+    row: make("label", { class: "check", title: hint }, input, label),
+    show(on) {
+      input.checked = on;
+    },
+  };
+}
+
+export interface Choice<T extends string> {
+  readonly row: HTMLElement;
+  readonly select: HTMLSelectElement;
+  show(options: readonly { value: T; text: string }[], value: T): void;
+}
+
+export function choice<T extends string>(label: string, hint: string, change: (value: T) => void): Choice<T> {
+  const id = `retime-field-${++count}`;
+  const select = make("select", { id, class: "field", title: hint });
+  select.addEventListener("change", () => change(select.value as T));
+  let made = "";
+  return {
+    row: make("div", { class: "row" }, make("label", { for: id }, label), select),
+    select,
+    show(options, value) {
+      const name = JSON.stringify(options);
+      if (name !== made) {
+        made = name;
+        select.replaceChildren(...options.map((one) => make("option", { value: one.value }, one.text)));
+      }
+      select.value = value;
+    },
+  };
+}

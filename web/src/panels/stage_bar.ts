@@ -1,0 +1,102 @@
+/** What lies over the stage: how it is looked at, and who is who. */
+
+import { make, setAttribute, setText } from "../dom";
+import type { Store, Topic, ViewSettings } from "../store";
+import { nearestMatch } from "../why";
+
+type Switch = "follow" | "ground" | "trails" | "onion";
+
+export class StageBar {
+  readonly root: HTMLElement;
+  private readonly layouts: Record<ViewSettings["layout"], HTMLButtonElement>;
+  private readonly switches: Record<Switch, HTMLButtonElement>;
+  private readonly left = caption("input");
+  private readonly right = caption("output");
+  private readonly match = caption("reference");
+  private readonly divider = make("div", { class: "divider", "aria-hidden": true });
+
+  constructor(
+    private readonly store: Store,
+    parent: HTMLElement,
+    frame: () => void,
+  ) {
+    const layout = (name: ViewSettings["layout"], text: string, title: string): HTMLButtonElement => {
+      const made = make("button", { type: "button", class: "button", title }, text);
+      made.addEventListener("click", () => store.look({ layout: name }));
+      return made;
+    };
+    this.layouts = {
+      side: layout("side", "Side by side", "Input on the left, output on the right (V)"),
+      over: layout("over", "Overlaid", "Input and output in one place (V)"),
+    };
+    const make_switch = (name: Switch, text: string, title: string): HTMLButtonElement => {
+      const made = make("button", { type: "button", class: "button", title }, text);
+      made.addEventListener("click", () => {
+        store.look({ [name]: !store.view[name] });
+        if (name === "follow") frame();
+      });
+      return made;
+    };
+    this.switches = {
+      follow: make_switch("follow", "Follow", "The camera goes with the figure"),
+      ground: make_switch("ground", "Ground", "Grid and shadow"),
+      trails: make_switch("trails", "Trails", "Where hands, feet and head go: a dot each thirtieth of a second (T)"),
+      onion: make_switch("onion", "Onion skins", "Poses at even output times (O)"),
+    };
+    const reset = make("button", { type: "button", class: "button", title: "Look from where it began" }, "Reset view");
+    reset.addEventListener("click", frame);
+    this.root = make(
+      "div",
+      { class: "bar", role: "toolbar", "aria-label": "Stage" },
+      make("span", { class: "group", role: "group", "aria-label": "Layout" }, this.layouts.side, this.layouts.over),
+      make("span", { class: "gap" }),
+      make(
+        "span",
+        { class: "group", role: "group", "aria-label": "Shown" },
+        this.switches.follow,
+        this.switches.ground,
+        this.switches.trails,
+        this.switches.onion,
+        reset,
+      ),
+    );
+    parent.append(this.divider, this.root, this.left, this.right, this.match);
+  }
+
+  update(changed: Set<Topic>): void {
+    if (!["view", "playhead", "hover", "why", "curve", "clips", "document"].some((topic) => changed.has(topic as Topic))) return;
+    const { view, playback, why, hover, references } = this.store;
+    for (const name of ["side", "over"] as const) setAttribute(this.layouts[name], "aria-pressed", String(view.layout === name));
+    for (const name of ["follow", "ground", "trails", "onion"] as const) {
+      setAttribute(this.switches[name], "aria-pressed", String(view[name]));
+    }
+    const side = view.layout === "side";
+    this.divider.hidden = !side;
+    const isInput = view.companion === "input";
+    const otherTime = isInput ? `${playback.inputTime.toFixed(2)} s` : `${playback.outputTime.toFixed(2)} s`;
+    this.left.dataset["is"] = isInput ? "input" : "other";
+    fill(this.left, view.showB ? "This warp" : this.store.companionName, otherTime);
+    fill(this.right, view.showB ? `Output, ${this.store.companionName}` : "Output", `${playback.outputTime.toFixed(2)} s`);
+    this.left.style.left = "8px";
+    this.right.style.left = side ? "calc(50% + 8px)" : "auto";
+    if (!side) {
+      this.right.style.left = `${this.left.offsetLeft + this.left.offsetWidth + 6}px`;
+    }
+    const match = why && hover !== null && !this.store.dragging ? nearestMatch(why, playback.outputTime) : null;
+    this.match.hidden = match === null;
+    if (match) {
+      const name = match.source < 0 ? "itself" : (references[match.source]?.name ?? match.name);
+      fill(this.match, "Matched pose", `${name} at ${match.time.toFixed(2)} s`);
+      this.match.style.right = "8px";
+    }
+  }
+}
+
+function caption(is: string): HTMLElement {
+  return make("div", { class: "caption", "data-is": is }, make("b"), " ", make("span"));
+}
+
+function fill(element: HTMLElement, name: string, text: string): void {
+  setText(element.children[0] as Element, name);
+  setText(element.children[1] as Element, text);
+}

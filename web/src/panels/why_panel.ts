@@ -1,0 +1,82 @@
+/** Why: the frame under the pointer, or at the playhead. */
+
+import { make, setText } from "../dom";
+import type { Store, Topic } from "../store";
+import { at, inputAt, speedAt } from "../warp";
+import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../why";
+
+export class WhyPanel {
+  readonly root: HTMLElement;
+  private readonly title = make("h2", {}, "Why");
+  private readonly shows = make("dd");
+  private readonly score = make("dd");
+  private readonly bar = make("span", { class: "scorebar", "aria-hidden": true });
+  private readonly scoreText = make("span");
+  private readonly matched = make("dd");
+  private readonly bound = make("dd");
+  private readonly solved = make("dd");
+  private ranked: Float64Array = new Float64Array(0);
+
+  constructor(private readonly store: Store) {
+    this.score.append(this.bar, this.scoreText);
+    const row = (name: string, value: HTMLElement): HTMLElement[] => [make("dt", {}, name), value];
+    this.root = make(
+      "section",
+      { class: "why", "aria-label": "Why" },
+      make("header", {}, this.title),
+      make(
+        "dl",
+        { class: "facts" },
+        ...row("Shows", this.shows),
+        ...row("Score", this.score),
+        ...row("Matched", this.matched),
+        ...row("Bound by", this.bound),
+        ...row("Search", this.solved),
+      ),
+    );
+  }
+
+  update(changed: Set<Topic>): void {
+    if (!["hover", "playhead", "why", "curve"].some((topic) => changed.has(topic as Topic))) return;
+    const { why, knots, curve, hover, playback, rate } = this.store;
+    if (changed.has("why")) this.ranked = why ? rankedScores(why) : new Float64Array(0);
+    if (!knots || !curve) return;
+    const time = hover ?? playback.outputTime;
+    setText(this.title, `Why, at output ${time.toFixed(2)} s (frame ${Math.round(time * rate)})`);
+    setText(this.shows, `input ${inputAt(knots, time).toFixed(2)} s at ${speedAt(knots, time).toFixed(2)}×`);
+    setText(
+      this.solved,
+      curve.total === null
+        ? `${curve.method}, no search`
+        : `${curve.optimal ? "best possible, proved" : "not proved best"}; ${curve.solve_ms.toFixed(0)} ms`,
+    );
+    if (!why || why.n_output < 3) {
+      for (const part of [this.scoreText, this.matched, this.bound]) setText(part, "–");
+      this.bar.style.setProperty("--share", "0%");
+      return;
+    }
+    const row = rowAt(why, time);
+    const score = at(why.scores, row);
+    const share = Number.isFinite(score) ? rank(this.ranked, score) : 0;
+    this.bar.style.setProperty("--share", `${(100 * share).toFixed(0)}%`);
+    setText(
+      this.scoreText,
+      Number.isFinite(score) ? `${score.toPrecision(3)}, ${placed(share)}` : "none at the ends",
+    );
+    const matches = matchesAt(why, row);
+    const name = matches[0] && matches[0].source >= 0 ? `${matches[0].name} ` : "itself ";
+    setText(
+      this.matched,
+      matches.length > 0
+        ? `${name}at ${matches.map((match) => `${match.time.toFixed(2)}${match.mirrored ? " mirrored" : ""}`).join(", ")} s`
+        : "nothing",
+    );
+    const words = bindingWords(at(why.binding, row));
+    setText(this.bound, words.length > 0 ? words.join(", ") : "nothing");
+  }
+}
+
+function placed(share: number): string {
+  if (share < 0.34) return "among the best";
+  return share < 0.67 ? "middling" : "among the worst";
+}

@@ -1,0 +1,86 @@
+/** Where the playhead is, and how it moves: two clocks, linked or not. */
+
+import { clamp, snapped } from "./scale";
+import { inputAt, outputAt, outputEnd, outputStart, type Knots } from "./warp";
+
+/** Whose seconds are true seconds while playing. */
+export type ClockName = "output" | "input";
+
+export interface PlaybackState {
+  readonly outputTime: number;
+  readonly inputTime: number;
+  readonly clock: ClockName;
+  /** Both figures show one moment of the action; else each plays by its own clock from its own beginning. */
+  readonly linked: boolean;
+  readonly loop: boolean;
+  /** 0 stands, 1 plays at true rate, -1 backward, 2 twice as fast. */
+  readonly rate: number;
+}
+
+export const STILL: PlaybackState = {
+  outputTime: 0,
+  inputTime: 0,
+  clock: "output",
+  linked: false,
+  loop: true,
+  rate: 0,
+};
+
+/** Put the playhead at a time of the clock that leads. */
+export function seek(state: PlaybackState, warp: Knots, inputDuration: number, time: number): PlaybackState {
+  const start = outputStart(warp);
+  const end = outputEnd(warp);
+  if (state.clock === "output") {
+    const outputTime = clamp(time, start, end);
+    const inputTime = state.linked ? inputAt(warp, outputTime) : clamp(outputTime - start, 0, inputDuration);
+    return { ...state, outputTime, inputTime };
+  }
+  const inputTime = clamp(time, 0, inputDuration);
+  const outputTime = state.linked
+    ? outputAt(warp, inputTime, state.outputTime)
+    : clamp(start + inputTime, start, end);
+  return { ...state, outputTime, inputTime };
+}
+
+/** The leading clock's time, and the range that it runs through. */
+export function leading(state: PlaybackState, warp: Knots, inputDuration: number): [number, number, number] {
+  if (state.clock === "input") {
+    // Unlinked, the playhead of a figure that has come to its end rests there.
+    return [state.inputTime, 0, inputDuration];
+  }
+  return [state.outputTime, outputStart(warp), outputEnd(warp)];
+}
+
+/** Let `seconds` pass. At the end it begins anew, or stands. */
+export function advance(state: PlaybackState, warp: Knots, inputDuration: number, seconds: number): PlaybackState {
+  if (state.rate === 0) return state;
+  const [time, start, end] = leading(state, warp, inputDuration);
+  let next = time + seconds * state.rate;
+  let rate = state.rate;
+  if (next > end || next < start) {
+    if (state.loop && end > start) {
+      next = start + ((((next - start) % (end - start)) + (end - start)) % (end - start));
+    } else {
+      next = clamp(next, start, end);
+      rate = 0;
+    }
+  }
+  return { ...seek(state, warp, inputDuration, next), rate };
+}
+
+/** Stand, and go a number of the clip's frames on. */
+export function step(
+  state: PlaybackState,
+  warp: Knots,
+  inputDuration: number,
+  frameRate: number,
+  frames: number,
+): PlaybackState {
+  const [time] = leading(state, warp, inputDuration);
+  return seek({ ...state, rate: 0 }, warp, inputDuration, snapped(time, frameRate) + frames / frameRate);
+}
+
+/** J, K and L: backward, stand, forward; again, faster. */
+export function shuttle(rate: number, direction: -1 | 1): number {
+  return Math.sign(rate) === direction ? clamp(rate * 2, -8, 8) : direction;
+}

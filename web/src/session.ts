@@ -1,0 +1,249 @@
+/** The talk with the server: changes go out one at a time, answers land in the store. */
+
+import { Gate, type AtNextFrame } from "./gate";
+import {
+  VERSION,
+  readArrays,
+  type ArrayMessage,
+  type Document,
+  type Listing,
+  type PageMessage,
+  type TextMessage,
+  type Welcome,
+} from "./messages";
+import type { Store } from "./store";
+
+/** One way to the server, however it travels. */
+export interface Link {
+  send(text: string): void;
+}
+
+export interface LinkEvents {
+  opened(link: Link): void;
+  text(text: string): void;
+  bytes(frame: ArrayBuffer): void;
+  closed(): void;
+}
+
+type Command =
+  | { readonly type: "edit"; readonly gesture: string; done: boolean; label: string; document: Document }
+  | { readonly type: "undo" }
+  | { readonly type: "redo" }
+  | { readonly type: "keep"; name: string };
+
+export interface SessionEvents {
+  notice(kind: "info" | "warning" | "error", text: string): void;
+  listing(listing: Listing): void;
+  connected(welcome: Welcome): void;
+  lost(): void;
+  /** The page speaks another version than the server. */
+  outdated(): void;
+  /** A new document was opened: what belonged to the old one is over. */
+  renewed(): void;
+}
+
+// A solve that takes longer does not hold newer positions back: they reach the journal, and the solver takes the newest.
+const PATIENCE_MS = 120;
+
+export class Session implements LinkEvents {
+  welcome: Welcome | null = null;
+  private link: Link | null = null;
+  private readonly gate: Gate<Command>;
+  /** Of the document as the page last sent it or was told. */
+  private revision = 0;
+  private inFlight: { revision: number; moves: readonly number[]; acknowledged: boolean } | null = null;
+  private patience: ReturnType<typeof setTimeout> | undefined;
+  private gestures = 0;
+  /** Moves whose curve came, for the measurement. */
+  private answeredMoves: number[] = [];
+
+  constructor(
+    private readonly store: Store,
+    private readonly events: SessionEvents,
+    atNextFrame: AtNextFrame,
+  ) {
+    this.gate = new Gate((change) => this.sendCommand(change.value, change.moves), atNextFrame);
+  }
+
+  /** Whether something that was done is not on its way to the disk yet. */
+  get busy(): boolean {
+    return this.gate.busy;
+  }
+
+  /** A name for a gesture that no other has. */
+  newGesture(): string {
+    return `g${Date.now().toString(36)}-${++this.gestures}`;
+  }
+
+  /** Change the document. Edits of a gesture that is not `done` are parts of one undo step. */
+  edit(document: Document, label: string, gesture = this.newGesture(), done = true, moved = performance.now()): void {
+    if (!this.store.document) return;
+    this.store.document = document;
+    this.store.touch("document");
+    this.gate.offer({ type: "edit", gesture, done, label, document }, gesture, moved);
+  }
+
+  undo(): void {
+    if (this.store.state?.undo_label) this.gate.offer({ type: "undo" }, this.newGesture(), performance.now());
+  }
+
+  redo(): void {
+    if (this.store.state?.redo_label) this.gate.offer({ type: "redo" }, this.newGesture(), performance.now());
+  }
+
+  keep(name: string): void {
+    this.gate.offer({ type: "keep", name }, this.newGesture(), performance.now());
+  }
+
+  save(path: string | null, overwrite: boolean): void {
+    this.say({ type: "save", path, overwrite });
+  }
+
+  open(path: string): void {
+    this.say({ type: "open", path });
+  }
+
+  export(what: "motion" | "warp" | "picture", path: string, clip: number, overwrite: boolean): void {
+    this.say({ type: "export", what, path, clip, overwrite });
+  }
+
+  browse(folder: string | null): void {
+    this.say({ type: "browse", folder });
+  }
+
+  /** Moves whose curve has come since the last call. */
+  takeMoves(): number[] {
+    const moves = this.answeredMoves;
+    this.answeredMoves = [];
+    return moves;
+  }
+
+  opened(link: Link): void {
+    this.link = link;
+    this.forget();
+    this.say({ type: "hello", version: VERSION });
+  }
+
+  closed(): void {
+    this.link = null;
+    this.forget();
+    this.events.lost();
+  }
+
+  text(text: string): void {
+    const message = JSON.parse(text) as TextMessage;
+    switch (message.type) {
+      case "welcome":
+        this.welcome = message;
+        if (message.version === VERSION) this.events.connected(message);
+        else this.events.outdated();
+        break;
+      case "state": {
+        const before = this.store.state;
+        this.store.state = message;
+        if (message.revision > this.revision || (before && message.revision < before.revision)) {
+          // Another window was faster, or another document was opened: what the page meant is void.
+          this.forget();
+        }
+        const sent = this.inFlight;
+        if (sent && message.revision < sent.revision) {
+          this.store.touch("status");
+          break;
+        }
+        if (sent) sent.acknowledged = true;
+        this.revision = message.revision;
+        if (before && message.revision < before.revision) this.events.renewed();
+        // While later changes wait, the page shows those; the answer to an earlier one would jump back.
+        if (!this.gate.waits) this.store.document = message.document;
+        this.store.touch("document", "status");
+        break;
+      }
+      case "ack":
+        if (this.inFlight && message.revision >= this.inFlight.revision) this.inFlight.acknowledged = true;
+        break;
+      case "problem":
+        this.store.problem = message;
+        this.store.touch("curve", "status");
+        this.settle(message.revision);
+        break;
+      case "notice":
+        this.events.notice(message.kind, message.text);
+        break;
+      case "saved":
+        this.events.notice("info", `Saved ${message.path}`);
+        break;
+      case "exported":
+        this.events.notice("info", `Wrote ${message.path}`);
+        break;
+      case "listing":
+        this.events.listing(message);
+        break;
+    }
+  }
+
+  bytes(frame: ArrayBuffer): void {
+    const message: ArrayMessage = readArrays(frame);
+    const { store } = this;
+    switch (message.type) {
+      case "clip": {
+        const list = message.what === "clip" ? store.clips : store.references;
+        list.length = Math.min(list.length, message.count);
+        list[message.index] = message;
+        store.touch("clips");
+        break;
+      }
+      case "curve":
+        store.curve = message;
+        store.problem = null;
+        store.touch("curve", "status");
+        this.settle(message.revision);
+        break;
+      case "why":
+        store.why = message;
+        store.touch("why");
+        break;
+      case "kept":
+        store.kept.set(message.id, { outputTimes: message.output_times, inputTimes: message.input_times });
+        store.touch("view");
+        break;
+    }
+  }
+
+  private forget(): void {
+    this.gate.reset();
+    clearTimeout(this.patience);
+    this.inFlight = null;
+  }
+
+  private settle(revision: number): void {
+    if (!this.inFlight || revision < this.inFlight.revision) return;
+    this.answeredMoves.push(...this.inFlight.moves);
+    this.inFlight = null;
+    clearTimeout(this.patience);
+    this.gate.answered();
+  }
+
+  private sendCommand(command: Command, moves: readonly number[]): boolean {
+    if (!this.link) return false;
+    const revision = ++this.revision;
+    this.inFlight = { revision, moves, acknowledged: false };
+    this.say({ ...command, revision });
+    this.awaitAnswer(revision);
+    return true;
+  }
+
+  /** Let newer positions go where the answer takes long but the change is safe. */
+  private awaitAnswer(revision: number): void {
+    clearTimeout(this.patience);
+    this.patience = setTimeout(() => {
+      if (this.inFlight?.revision !== revision) return;
+      if (this.inFlight.acknowledged) this.gate.answered();
+      else this.awaitAnswer(revision);
+    }, PATIENCE_MS);
+  }
+
+  private say(message: PageMessage): void {
+    if (this.link) this.link.send(JSON.stringify(message));
+    else this.events.notice("error", "The server does not answer: this could not be sent.");
+  }
+}

@@ -1,0 +1,106 @@
+/** Who is on the stage for one clip: the companion's figure, the output's, and the ghost of a matched pose. */
+
+import * as THREE from "three";
+import type { Clip } from "../messages";
+import type { Palette } from "../theme";
+import { at } from "../warp";
+import { groundMove, groundOf, heightOf, mirrored, moved, pairsByName, poseAt, trailNodes } from "./align";
+import { Figure } from "./figure";
+import { Shadow } from "./ground";
+import { OnionSkins, Trails } from "./trails";
+
+/** Layers: 0 is seen everywhere, these only in their half of a stage side by side. */
+export const COMPANION = 1;
+export const OUTPUT = 2;
+
+export class Cast {
+  readonly height: number;
+  readonly level: number;
+  readonly output: Figure;
+  readonly companion: Figure;
+  readonly trails: Trails;
+  readonly onion: OnionSkins;
+  private readonly shadows: readonly [Shadow, Shadow];
+  private readonly outputPose: Float32Array;
+  private readonly companionPose: Float32Array;
+  private ghost: { figure: Figure; clip: Clip; pose: Float32Array } | null = null;
+
+  constructor(
+    readonly clip: Clip,
+    private readonly scene: THREE.Scene,
+    private readonly palette: Palette,
+  ) {
+    this.height = heightOf(clip);
+    this.level = groundOf(clip);
+    this.output = new Figure(clip, this.height, { color: palette["figure-output"], opacity: 1 });
+    this.companion = new Figure(clip, this.height, { color: palette["figure-input"], opacity: 1 });
+    const color = new THREE.Color(palette.output);
+    this.trails = new Trails(clip, trailNodes(clip), this.height, color);
+    this.onion = new OnionSkins(clip, color);
+    this.shadows = [new Shadow(this.height, this.level), new Shadow(this.height, this.level)];
+    this.outputPose = new Float32Array(3 * clip.n_nodes);
+    this.companionPose = new Float32Array(3 * clip.n_nodes);
+    const layers: [THREE.Object3D, number][] = [
+      [this.output.object, OUTPUT],
+      [this.companion.object, COMPANION],
+      [this.trails.object, OUTPUT],
+      [this.onion.object, OUTPUT],
+      [this.shadows[0].object, COMPANION],
+      [this.shadows[1].object, OUTPUT],
+    ];
+    for (const [object, layer] of layers) {
+      object.traverse((part) => part.layers.set(layer));
+      scene.add(object);
+    }
+  }
+
+  /** Colour the companion: the input's grey, or another warp's colour. */
+  paintCompanion(color: string): void {
+    this.companion.paint(color);
+  }
+
+  pose(outputInput: number, companionInput: number): void {
+    this.output.pose(poseAt(this.clip, outputInput, this.outputPose));
+    this.companion.pose(poseAt(this.clip, companionInput, this.companionPose));
+    this.shadows[0].under(at(this.companionPose, 0), at(this.companionPose, 2));
+    this.shadows[1].under(at(this.outputPose, 0), at(this.outputPose, 2));
+  }
+
+  showShadows(shown: boolean): void {
+    for (const shadow of this.shadows) shadow.object.visible = shown;
+  }
+
+  /** Where the output's root is, and the companion's: what a camera follows. */
+  places(): { output: THREE.Vector3; companion: THREE.Vector3 } {
+    const point = (pose: Float32Array): THREE.Vector3 => new THREE.Vector3(at(pose, 0), 0, at(pose, 2));
+    return { output: point(this.outputPose), companion: point(this.companionPose) };
+  }
+
+  /** Lay a pose of a reference over the output's, turned and shifted on the ground to fit; or take it away. */
+  showGhost(reference: Clip | null, time: number, mirror: boolean): void {
+    if (!reference || reference.n_nodes === 0) {
+      if (this.ghost) this.ghost.figure.object.visible = false;
+      return;
+    }
+    if (this.ghost?.clip !== reference) {
+      this.ghost?.figure.dispose();
+      const look = { color: this.palette.reference, opacity: 0.62 };
+      const figure = new Figure(reference, heightOf(reference), look, 0.8);
+      figure.object.traverse((part) => part.layers.set(OUTPUT));
+      this.scene.add(figure.object);
+      this.ghost = { figure, clip: reference, pose: new Float32Array(3 * reference.n_nodes) };
+    }
+    const pose = poseAt(reference, time, this.ghost.pose);
+    if (mirror) mirrored(pose);
+    const pairs = pairsByName(reference.names, this.clip.names, mirror);
+    const move = groundMove(pose, this.outputPose, pairs.length > 0 ? pairs : [[0, 0]]);
+    this.ghost.figure.pose(moved(pose, move));
+    this.ghost.figure.object.visible = true;
+  }
+
+  dispose(): void {
+    for (const part of [this.output, this.companion, this.trails, ...this.shadows]) part.dispose();
+    this.onion.dispose();
+    this.ghost?.figure.dispose();
+  }
+}

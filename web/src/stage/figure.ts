@@ -1,0 +1,90 @@
+/** A figure of the stage: tapered bones and round joints, drawn as two sets of instances. */
+
+import * as THREE from "three";
+import type { Clip } from "../messages";
+import { at } from "../warp";
+import { sideOf } from "./align";
+
+const UP = new THREE.Vector3(0, 1, 0);
+
+export interface Look {
+  color: string;
+  opacity: number;
+}
+
+export class Figure {
+  readonly object = new THREE.Group();
+  private readonly bones: THREE.InstancedMesh;
+  private readonly joints: THREE.InstancedMesh;
+  private readonly links: readonly (readonly [number, number])[];
+  private readonly material: THREE.MeshLambertMaterial;
+  private readonly radius: number;
+  private readonly matrix = new THREE.Matrix4();
+  private readonly turn = new THREE.Quaternion();
+  private readonly from = new THREE.Vector3();
+  private readonly along = new THREE.Vector3();
+  private readonly scale = new THREE.Vector3();
+
+  constructor(
+    private readonly clip: Clip,
+    height: number,
+    look: Look,
+    private readonly thickness = 1,
+  ) {
+    this.links = clip.parents.flatMap((parent, node) => (parent >= 0 ? [[parent, node] as const] : []));
+    this.radius = 0.021 * height * thickness;
+    this.material = new THREE.MeshLambertMaterial({ color: 0xffffff, transparent: look.opacity < 1, opacity: look.opacity });
+    if (look.opacity < 1) this.material.depthWrite = look.opacity > 0.5;
+    const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, false);
+    bone.translate(0, 0.5, 0);
+    this.bones = new THREE.InstancedMesh(bone, this.material, Math.max(this.links.length, 1));
+    this.joints = new THREE.InstancedMesh(new THREE.IcosahedronGeometry(1, 1), this.material, Math.max(clip.n_nodes, 1));
+    this.bones.frustumCulled = false;
+    this.joints.frustumCulled = false;
+    this.object.add(this.bones, this.joints);
+    this.paint(look.color);
+  }
+
+  /** Colour it; the left side lighter and the right side darker, so that the two can be told apart. */
+  paint(color: string): void {
+    const plain = new THREE.Color(color);
+    const shades = {
+      "": plain,
+      left: plain.clone().lerp(new THREE.Color(0xffffff), 0.3),
+      right: plain.clone().lerp(new THREE.Color(0x000000), 0.22),
+    };
+    this.links.forEach(([, node], i) => this.bones.setColorAt(i, shades[sideOf(this.clip.names[node] ?? "")]));
+    this.clip.names.forEach((name, i) => this.joints.setColorAt(i, shades[sideOf(name)]));
+    if (this.bones.instanceColor) this.bones.instanceColor.needsUpdate = true;
+    if (this.joints.instanceColor) this.joints.instanceColor.needsUpdate = true;
+  }
+
+  pose(positions: Float32Array): void {
+    this.links.forEach(([parent, node], i) => {
+      this.from.set(at(positions, 3 * parent), at(positions, 3 * parent + 1), at(positions, 3 * parent + 2));
+      this.along.set(at(positions, 3 * node), at(positions, 3 * node + 1), at(positions, 3 * node + 2)).sub(this.from);
+      const length = this.along.length();
+      const radius = Math.min(this.radius, 0.35 * length);
+      if (length > 0) this.turn.setFromUnitVectors(UP, this.along.divideScalar(length));
+      this.matrix.compose(this.from, this.turn, this.scale.set(radius, length, radius));
+      this.bones.setMatrixAt(i, this.matrix);
+    });
+    this.turn.identity();
+    this.scale.setScalar(this.radius * (this.thickness < 1 ? 1.1 : 1.06));
+    for (let node = 0; node < this.clip.n_nodes; node++) {
+      this.from.set(at(positions, 3 * node), at(positions, 3 * node + 1), at(positions, 3 * node + 2));
+      this.joints.setMatrixAt(node, this.matrix.compose(this.from, this.turn, this.scale));
+    }
+    this.bones.instanceMatrix.needsUpdate = true;
+    this.joints.instanceMatrix.needsUpdate = true;
+  }
+
+  dispose(): void {
+    this.bones.geometry.dispose();
+    this.joints.geometry.dispose();
+    this.bones.dispose();
+    this.joints.dispose();
+    this.material.dispose();
+    this.object.removeFromParent();
+  }
+}

@@ -1,0 +1,88 @@
+/** Light or dark: as the person chose, else as the system has it; and the colours that canvases need. */
+
+export type ThemeChoice = "system" | "light" | "dark";
+
+const NAMES = [
+  "surface",
+  "panel",
+  "line",
+  "line-strong",
+  "ink",
+  "muted",
+  "output",
+  "output-soft",
+  "input",
+  "reference",
+  "spline",
+  "lock",
+  "lock-soft",
+  "flight",
+  "danger",
+  "key",
+  "playhead",
+  "stage-line",
+  "figure-input",
+  "figure-output",
+  "heat-low",
+  "heat-high",
+] as const;
+
+export type Palette = Record<(typeof NAMES)[number], string>;
+
+const STORED = "retime.theme";
+
+export class Theme {
+  palette: Palette;
+  private readonly media = matchMedia("(prefers-color-scheme: dark)");
+
+  constructor(
+    private readonly root: HTMLElement,
+    private readonly changed: () => void,
+  ) {
+    this.media.addEventListener("change", () => this.apply());
+    this.palette = this.read();
+    this.apply();
+  }
+
+  get choice(): ThemeChoice {
+    const stored = recall(STORED);
+    return stored === "light" || stored === "dark" ? stored : "system";
+  }
+
+  get dark(): boolean {
+    return this.choice === "system" ? this.media.matches : this.choice === "dark";
+  }
+
+  choose(choice: ThemeChoice): void {
+    remember(STORED, choice);
+    this.apply();
+  }
+
+  private apply(): void {
+    this.root.dataset["theme"] = this.dark ? "dark" : "light";
+    this.palette = this.read();
+    this.changed();
+  }
+
+  private read(): Palette {
+    const style = getComputedStyle(this.root);
+    return Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()])) as Palette;
+  }
+}
+
+/** What the browser remembers for this page; nothing where it may not. */
+export function recall(name: string): string | null {
+  try {
+    return localStorage.getItem(name);
+  } catch {
+    return null;
+  }
+}
+
+export function remember(name: string, value: string): void {
+  try {
+    localStorage.setItem(name, value);
+  } catch {
+    // A browser that keeps nothing forgets the choice, no more.
+  }
+}

@@ -1,0 +1,114 @@
+/** Where the timeline's panels lie, and its scales. Pure geometry. */
+
+import { clamp, toPixels, toValue, type View } from "../scale";
+
+export interface Box {
+  readonly x: number;
+  readonly y: number;
+  readonly width: number;
+  readonly height: number;
+}
+
+export interface Layout {
+  readonly width: number;
+  readonly height: number;
+  /** Output times along it. */
+  readonly ruler: Box;
+  /** The time map: output time to the right, input time upward. */
+  readonly map: Box;
+  /** Input times, and locks, beside the map. */
+  readonly gutter: Box;
+  readonly speed: Box;
+  readonly heat: Box;
+  readonly reference: Box;
+}
+
+export const GUTTER = 72;
+const RULER = 22;
+const HEAT = 15;
+const REFERENCE = 30;
+
+export function layoutOf(width: number, height: number): Layout {
+  const wide = Math.max(width - GUTTER - 10, 40);
+  const rest = Math.max(height - RULER - HEAT - REFERENCE - 12, 80);
+  const speedHeight = Math.round(clamp(rest * 0.36, 48, 150));
+  const map = { x: GUTTER, y: RULER, width: wide, height: rest - speedHeight };
+  const speed = { x: GUTTER, y: map.y + map.height + 4, width: wide, height: speedHeight };
+  const heat = { x: GUTTER, y: speed.y + speed.height + 4, width: wide, height: HEAT };
+  const reference = { x: GUTTER, y: heat.y + heat.height + 4, width: wide, height: REFERENCE };
+  return {
+    width,
+    height,
+    ruler: { x: GUTTER, y: 0, width: wide, height: RULER },
+    map,
+    gutter: { x: 0, y: map.y, width: GUTTER, height: map.height },
+    speed,
+    heat,
+    reference,
+  };
+}
+
+/** The scales in use: output time, input time, and the binary logarithm of speed. */
+export interface Scales {
+  readonly output: View;
+  readonly input: View;
+  readonly speed: View;
+}
+
+export function outputX(layout: Layout, scales: Scales, time: number): number {
+  return layout.map.x + toPixels(scales.output, layout.map.width, time);
+}
+
+export function inputY(layout: Layout, scales: Scales, time: number): number {
+  return layout.map.y + layout.map.height - toPixels(scales.input, layout.map.height, time);
+}
+
+export function speedY(layout: Layout, scales: Scales, speed: number): number {
+  // A log axis has no place for holds and reversals: they run along its lower edge.
+  const level = clamp(Math.log2(Math.max(speed, 1e-9)), scales.speed.from, scales.speed.to);
+  return layout.speed.y + layout.speed.height - toPixels(scales.speed, layout.speed.height, level);
+}
+
+export function outputTimeAt(layout: Layout, scales: Scales, x: number): number {
+  return toValue(scales.output, layout.map.width, x - layout.map.x);
+}
+
+export function inputTimeAt(layout: Layout, scales: Scales, y: number): number {
+  return toValue(scales.input, layout.map.height, layout.map.y + layout.map.height - y);
+}
+
+export function speedAtY(layout: Layout, scales: Scales, y: number): number {
+  return 2 ** toValue(scales.speed, layout.speed.height, layout.speed.y + layout.speed.height - y);
+}
+
+export function inside(box: Box, x: number, y: number): boolean {
+  return x >= box.x && x <= box.x + box.width && y >= box.y && y <= box.y + box.height;
+}
+
+/** All of the output, with room to pull its end out; and all that one may zoom out to. */
+export function wholeOutput(outputEnd: number, inputDuration: number): { home: View; whole: View } {
+  const longest = Math.max(outputEnd, inputDuration);
+  return {
+    home: { from: -0.012 * outputEnd, to: 1.06 * outputEnd },
+    whole: { from: -0.02 * longest, to: 1.6 * longest },
+  };
+}
+
+/** Speeds shown: wide enough for the curve, and never less than from 1/3 to 3. */
+export function speedView(speeds: ArrayLike<number>): View {
+  let most = Math.log2(3);
+  for (let i = 0; i < speeds.length; i++) {
+    const speed = speeds[i] as number;
+    if (speed > 0) most = Math.max(most, Math.abs(Math.log2(speed)));
+  }
+  most = Math.min(most, 4) + 0.25;
+  return { from: -most, to: most };
+}
+
+/** The input times to show so that what is in view of the map fills it. */
+export function inputView(low: number, high: number, duration: number): View {
+  const width = Math.max(high - low, 0.02 * duration, 1e-3);
+  const margin = 0.07 * width;
+  const middle = (low + high) / 2;
+  return { from: middle - width / 2 - margin, to: middle + width / 2 + margin };
+}
