@@ -1,7 +1,6 @@
 /** The editor, put together on an element: the page in a browser tab, or a widget in a notebook. */
 
 import { make } from "./dom";
-import type { Welcome } from "./messages";
 import { Dialogs } from "./panels/dialogs";
 import { Inspector } from "./panels/inspector";
 import { StageBar } from "./panels/stage_bar";
@@ -20,7 +19,7 @@ import { outputEnd, outputStart } from "./warp";
 
 export interface AppOptions {
   /** Sends a file that was dropped or picked to the server; left out, where files can't be sent. */
-  readonly upload?: (file: File) => Promise<void>;
+  readonly upload?: (file: File) => Promise<string>;
   /** Shortcuts are heard on the whole window, or only on the editor's element. */
   readonly shortcutsFrom?: "window" | "element";
 }
@@ -61,15 +60,16 @@ export class App {
       {
         notice: (kind, text) => this.say(kind, text),
         listing: (listing) => this.dialogs.list(listing),
-        connected: (welcome) => this.connected(welcome),
+        connected: () => this.connected(),
+        recovered: () => this.say("warning", "The last session ended before this was saved. Everything that was done is back."),
         lost: () => this.cover("The server has stopped answering. What you did is kept: start retime edit again, and it goes on from there."),
         outdated: () => this.cover("This page is of another version than its server. Load it again."),
         renewed: () => this.renewed(),
       },
       (callback) => requestAnimationFrame(callback),
     );
-    const upload = options.upload;
-    const send = upload ? (file: File): void => void upload(file).catch((error: unknown) => this.say("error", String(error))) : null;
+    const { upload } = options;
+    const send = upload ? (files: readonly File[]): void => void this.openFiles(files, upload) : null;
     this.dialogs = new Dialogs(root, this.store, this.session, send);
     this.timeline = new Timeline(this.store, this.session, this.theme, (time) => this.scrub(time));
     this.stage = new Stage(this.stageRoot, this.store, this.theme);
@@ -119,7 +119,7 @@ export class App {
       this.veil,
     );
     this.cover("Opening…");
-    this.listen(options);
+    this.listen(options, send);
     this.store.touch("size", "theme", "view");
   }
 
@@ -128,7 +128,7 @@ export class App {
     this.ends.abort();
   }
 
-  private listen(options: AppOptions): void {
+  private listen(options: AppOptions, send: ((files: readonly File[]) => void) | null): void {
     const { signal } = this.ends;
     new ResizeObserver(() => this.store.touch("size")).observe(this.root);
     const size = new ResizeObserver(() => this.store.touch("size"));
@@ -145,8 +145,7 @@ export class App {
       const button = event.target instanceof Element ? event.target.closest("button") : null;
       if (button && event.detail > 0 && !button.classList.contains("handle") && !button.closest("dialog")) button.blur();
     });
-    const upload = options.upload;
-    if (upload) {
+    if (send) {
       let depth = 0;
       const over = (by: number): void => {
         depth = Math.max(0, depth + by);
@@ -161,8 +160,7 @@ export class App {
           event.preventDefault();
           depth = 0;
           this.root.classList.remove("dropping");
-          const file = event.dataTransfer?.files[0];
-          if (file) void upload(file).catch((error: unknown) => this.say("error", String(error)));
+          send([...(event.dataTransfer?.files ?? [])]);
         },
         { signal },
       );
@@ -174,6 +172,20 @@ export class App {
       },
       { signal },
     );
+  }
+
+  /** Send files to the server, and open the one that is a clip or a project: an AMC may bring its ASF along. */
+  private async openFiles(files: readonly File[], upload: (file: File) => Promise<string>): Promise<void> {
+    const isSkeleton = (file: File): boolean => file.name.toLowerCase().endsWith(".asf");
+    try {
+      for (const file of [...files].sort((a, b) => Number(isSkeleton(b)) - Number(isSkeleton(a)))) {
+        const path = await upload(file);
+        if (isSkeleton(file)) this.say("info", `${file.name} is here; now drop the AMC that moves it.`);
+        else return this.session.open(path);
+      }
+    } catch (error) {
+      this.say("error", error instanceof Error ? error.message : String(error));
+    }
   }
 
   private wake(): void {
@@ -201,7 +213,7 @@ export class App {
   private update(changed: Set<Topic>): void {
     const { store } = this;
     if (changed.has("curve") && store.knots) {
-      this.veil.hidden = true;
+      this.veil.hidden = this.session.isConnected;
       // The output may have become shorter than where the playhead stood.
       const { playback } = store;
       if (playback.rate === 0) {
@@ -234,16 +246,16 @@ export class App {
     channel.port2.postMessage(null);
   }
 
-  private connected(welcome: Welcome): void {
-    void welcome;
-    if (this.store.curve) this.veil.hidden = true;
+  private connected(): void {
+    if (this.store.knots) this.veil.hidden = true;
     if (recall(HINT_SEEN) === null) this.hint.hidden = false;
   }
 
   private renewed(): void {
+    this.cover("Opening…");
     this.store.select(null);
     this.store.hover = null;
-    this.store.why = null;
+    this.store.playback = { ...this.store.playback, rate: 0, outputTime: 0, inputTime: 0 };
     this.store.look({ companion: "input", showB: false, clip: 0 });
     this.timeline.fit();
   }

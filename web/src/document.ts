@@ -2,6 +2,7 @@
 
 import type { Document, Key, LockedTime, Options, ReferenceFile } from "./messages";
 import { clamp, snapped } from "./scale";
+import type { Knots } from "./warp";
 
 /** An id that no key or lock of the document has. */
 export function freshId(document: Document, letter: string): string {
@@ -13,6 +14,17 @@ export function freshId(document: Document, letter: string): string {
 
 export function keysInOrder(document: Document): Key[] {
   return [...document.keys].sort((a, b) => a.output_time - b.output_time);
+}
+
+/** Straight lines through the keytimes, from the beginning to the end of the input: what there is before any curve. */
+export function throughKeys(document: Document, inputDuration: number): Knots {
+  const inside = keysInOrder(document).filter((key, i, all) => key.output_time > (all[i - 1]?.output_time ?? 0));
+  const last = inside.at(-1) ?? { output_time: 0, input_time: 0 };
+  const end = last.output_time + Math.max(inputDuration - last.input_time, 0.1);
+  return {
+    outputTimes: Float64Array.of(0, ...inside.map((key) => key.output_time), end),
+    inputTimes: Float64Array.of(0, ...inside.map((key) => key.input_time), inputDuration),
+  };
 }
 
 export function findKey(document: Document, id: string | null): Key | null {

@@ -8,9 +8,10 @@ import type { Link, LinkEvents } from "./session";
 const root = document.getElementById("editor");
 if (!root) throw new Error("the page has no place for the editor");
 
-async function upload(file: File): Promise<void> {
+async function upload(file: File): Promise<string> {
   const answer = await fetch(`/drop?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file });
   if (!answer.ok) throw new Error(await answer.text());
+  return ((await answer.json()) as { path: string }).path;
 }
 
 const app = new App(root, { upload });

@@ -9,7 +9,6 @@ import {
   type Listing,
   type PageMessage,
   type TextMessage,
-  type Welcome,
 } from "./messages";
 import type { Store } from "./store";
 
@@ -34,7 +33,9 @@ type Command =
 export interface SessionEvents {
   notice(kind: "info" | "warning" | "error", text: string): void;
   listing(listing: Listing): void;
-  connected(welcome: Welcome): void;
+  connected(): void;
+  /** What is open was recovered from a session that ended before it was saved. */
+  recovered(): void;
   lost(): void;
   /** The page speaks another version than the server. */
   outdated(): void;
@@ -44,14 +45,22 @@ export interface SessionEvents {
 
 // A solve that takes longer does not hold newer positions back: they reach the journal, and the solver takes the newest.
 const PATIENCE_MS = 120;
+// Writing an edit down takes the server milliseconds; one that is in doubt for as long as this was refused.
+const DOUBT_MS = 1500;
 
 export class Session implements LinkEvents {
-  welcome: Welcome | null = null;
   private link: Link | null = null;
   private readonly gate: Gate<Command>;
   /** Of the document as the page last sent it or was told. */
   private revision = 0;
-  private inFlight: { revision: number; moves: readonly number[]; acknowledged: boolean } | null = null;
+  private inFlight: {
+    revision: number;
+    moves: readonly number[];
+    sent: number;
+    acknowledged: boolean;
+    /** The server told of an older state after this was sent: because it refused it, or because it had saved. */
+    doubted: boolean;
+  } | null = null;
   private patience: ReturnType<typeof setTimeout> | undefined;
   private gestures = 0;
   /** Moves whose curve came, for the measurement. */
@@ -63,6 +72,10 @@ export class Session implements LinkEvents {
     atNextFrame: AtNextFrame,
   ) {
     this.gate = new Gate((change) => this.sendCommand(change.value, change.moves), atNextFrame);
+  }
+
+  get isConnected(): boolean {
+    return this.link !== null;
   }
 
   /** Whether something that was done is not on its way to the disk yet. */
@@ -121,6 +134,8 @@ export class Session implements LinkEvents {
   opened(link: Link): void {
     this.link = link;
     this.forget();
+    this.store.state = null;
+    this.revision = 0;
     this.say({ type: "hello", version: VERSION });
   }
 
@@ -134,25 +149,24 @@ export class Session implements LinkEvents {
     const message = JSON.parse(text) as TextMessage;
     switch (message.type) {
       case "welcome":
-        this.welcome = message;
-        if (message.version === VERSION) this.events.connected(message);
+        if (message.version === VERSION) this.events.connected();
         else this.events.outdated();
         break;
       case "state": {
         const before = this.store.state;
         this.store.state = message;
-        if (message.revision > this.revision || (before && message.revision < before.revision)) {
-          // Another window was faster, or another document was opened: what the page meant is void.
-          this.forget();
-        }
+        // Another window was faster, or another document was opened: what the page meant is void.
+        if (message.revision > this.revision) this.forget();
         const sent = this.inFlight;
         if (sent && message.revision < sent.revision) {
+          sent.doubted = true;
           this.store.touch("status");
           break;
         }
         if (sent) sent.acknowledged = true;
         this.revision = message.revision;
-        if (before && message.revision < before.revision) this.events.renewed();
+        if (message.recovered && !before?.recovered) this.events.recovered();
+        if (before && before.document.clips[0]?.path !== message.document.clips[0]?.path) this.renew();
         // While later changes wait, the page shows those; the answer to an earlier one would jump back.
         if (!this.gate.waits) this.store.document = message.document;
         this.store.touch("document", "status");
@@ -209,6 +223,17 @@ export class Session implements LinkEvents {
     }
   }
 
+  /** Another document: nothing that was drawn belongs to it. */
+  private renew(): void {
+    const { store } = this;
+    store.clips = [];
+    store.references = [];
+    store.curve = null;
+    store.why = null;
+    store.problem = null;
+    this.events.renewed();
+  }
+
   private forget(): void {
     this.gate.reset();
     clearTimeout(this.patience);
@@ -226,7 +251,7 @@ export class Session implements LinkEvents {
   private sendCommand(command: Command, moves: readonly number[]): boolean {
     if (!this.link) return false;
     const revision = ++this.revision;
-    this.inFlight = { revision, moves, acknowledged: false };
+    this.inFlight = { revision, moves, sent: performance.now(), acknowledged: false, doubted: false };
     this.say({ ...command, revision });
     this.awaitAnswer(revision);
     return true;
@@ -236,10 +261,22 @@ export class Session implements LinkEvents {
   private awaitAnswer(revision: number): void {
     clearTimeout(this.patience);
     this.patience = setTimeout(() => {
-      if (this.inFlight?.revision !== revision) return;
-      if (this.inFlight.acknowledged) this.gate.answered();
+      const sent = this.inFlight;
+      if (sent?.revision !== revision) return;
+      if (sent.acknowledged) this.gate.answered();
+      else if (sent.doubted && performance.now() - sent.sent > DOUBT_MS) this.takeBack();
       else this.awaitAnswer(revision);
     }, PATIENCE_MS);
+  }
+
+  /** The server refused a change: what it told last is what holds. */
+  private takeBack(): void {
+    this.forget();
+    const { state } = this.store;
+    if (!state) return;
+    this.revision = state.revision;
+    this.store.document = state.document;
+    this.store.touch("document");
   }
 
   private say(message: PageMessage): void {

@@ -35,7 +35,7 @@ export function listen(target: HTMLElement | Window, shortcuts: readonly Shortcu
   const actions = new Map(shortcuts.flatMap((one) => one.keys.map((key) => [key, one.action] as const)));
   const pressed = (event: Event): void => {
     const key = event as KeyboardEvent;
-    const focused = key.target instanceof Element ? key.target : null;
+    const focused = key.target !== null && "matches" in key.target ? (key.target as Element) : null;
     if (key.defaultPrevented || asleep() || takesText(focused)) return;
     const name = keyName(key);
     // A button that has the focus is pressed by these.

@@ -3,6 +3,7 @@
 import type { Clip, Curve, Document, Problem, State, Why } from "./messages";
 import { STILL, type PlaybackState } from "./playback";
 import { recall, remember } from "./theme";
+import { throughKeys } from "./document";
 import { inputAt, type Knots } from "./warp";
 
 export type Topic =
@@ -104,7 +105,9 @@ export class Store {
   }
 
   get knots(): Knots | null {
-    return this.curve && { outputTimes: this.curve.output_times, inputTimes: this.curve.input_times };
+    if (this.curve) return { outputTimes: this.curve.output_times, inputTimes: this.curve.input_times };
+    // A project may open with a problem, before there was any curve: then there is at least something to look at.
+    return this.problem && this.document && this.clip ? throughKeys(this.document, this.inputDuration) : null;
   }
 
   /** The warp of what the output is compared with; none for the input itself. */
@@ -124,6 +127,12 @@ export class Store {
     const { companion } = this.view;
     if (typeof companion === "string") return { input: "Input", linear: "Linear", spline: "Spline" }[companion];
     return this.document?.kept.find((one) => one.id === companion.kept)?.name ?? "Kept";
+  }
+
+  /** The output time that the stage shows: the frame under the pointer, while nothing plays and nothing is dragged. */
+  get lookedAt(): number {
+    const skims = this.hover !== null && this.playback.rate === 0 && !this.dragging;
+    return skims ? (this.hover as number) : this.playback.outputTime;
   }
 
   /** The input time that the output shows at a time. */

@@ -28,7 +28,7 @@ export class Dialogs {
     root: HTMLElement,
     private readonly store: Store,
     private readonly session: Session,
-    private readonly upload: ((file: File) => void) | null,
+    private readonly upload: ((files: readonly File[]) => void) | null,
   ) {
     this.help = this.dialog("Keyboard shortcuts", []);
     this.openPath = textField("Path", "A clip (BVH, AMC, CSV, …) or a project", () => true);
@@ -59,8 +59,11 @@ export class Dialogs {
       ),
       ...hands.map(([how, does]) => entry([how], does)),
     );
-    this.help.replaceChildren(form("Keyboard shortcuts", [list], [closeButton(this.help)]));
+    const title = make("h3", { tabindex: -1 }, "Keyboard shortcuts");
+    this.help.classList.add("wide");
+    this.help.replaceChildren(form(title, [list], [closeButton(this.help)]));
     this.help.showModal();
+    title.focus();
   }
 
   showOpen(): void {
@@ -118,13 +121,11 @@ export class Dialogs {
     const footer: HTMLElement[] = [];
     if (this.upload) {
       const { upload } = this;
-      const picker = make("input", { type: "file", hidden: true, tabindex: -1, "aria-hidden": true });
+      const picker = make("input", { type: "file", multiple: true, hidden: true });
       picker.addEventListener("change", () => {
-        const file = picker.files?.[0];
-        if (file) {
-          dialog.close();
-          upload(file);
-        }
+        dialog.close();
+        upload([...(picker.files ?? [])]);
+        picker.value = "";
       });
       const elsewhere = make("button", { type: "button", class: "button framed" }, "From elsewhere…");
       elsewhere.addEventListener("click", () => picker.click());
@@ -201,7 +202,7 @@ export class Dialogs {
     this.whichClip.row.hidden = this.saving || this.kind !== "motion" || clips.length < 2;
     const [, stem = source, ending = ""] = /^(.*?)(\.[^./\\]+)?$/u.exec(source) ?? [];
     const path = this.saving
-      ? (state?.path ?? `${stem}.retime.json`)
+      ? (state?.path ?? `${stem}.retime`)
       : { motion: `${stem}_retimed${ending}`, warp: `${stem}_warp.json`, picture: `${stem}_warp.svg` }[this.kind];
     this.writePath.input.value = path;
   }

@@ -76,13 +76,15 @@ export class StageBar {
     const otherTime = isInput ? `${playback.inputTime.toFixed(2)} s` : `${playback.outputTime.toFixed(2)} s`;
     this.left.dataset["is"] = isInput ? "input" : "other";
     fill(this.left, view.showB ? "This warp" : this.store.companionName, otherTime);
-    fill(this.right, view.showB ? `Output, ${this.store.companionName}` : "Output", `${playback.outputTime.toFixed(2)} s`);
+    const looked = this.store.lookedAt;
+    const where = looked === playback.outputTime ? "" : " (under the pointer)";
+    fill(this.right, view.showB ? `Output, ${this.store.companionName}` : "Output", `${looked.toFixed(2)} s${where}`);
     this.left.style.left = "8px";
     this.right.style.left = side ? "calc(50% + 8px)" : "auto";
     if (!side) {
       this.right.style.left = `${this.left.offsetLeft + this.left.offsetWidth + 6}px`;
     }
-    const match = why && hover !== null && !this.store.dragging ? nearestMatch(why, playback.outputTime) : null;
+    const match = why && hover !== null && !this.store.dragging ? nearestMatch(why, looked) : null;
     this.match.hidden = match === null;
     if (match) {
       const name = match.source < 0 ? "itself" : (references[match.source]?.name ?? match.name);

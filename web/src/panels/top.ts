@@ -39,7 +39,6 @@ export class TopBar {
       make("div", { class: "project" }, this.name, this.saved),
       this.undo,
       this.redo,
-      make("span", { class: "rule" }),
       this.clips,
       make("span", { class: "gap" }),
       button("open", "Open a clip or a project (Ctrl+O)", actions.open, "Open"),

@@ -34,7 +34,7 @@ export class Figure {
     this.links = clip.parents.flatMap((parent, node) => (parent >= 0 ? [[parent, node] as const] : []));
     this.radius = 0.021 * height * thickness;
     this.material = new THREE.MeshLambertMaterial({ color: 0xffffff, transparent: look.opacity < 1, opacity: look.opacity });
-    if (look.opacity < 1) this.material.depthWrite = look.opacity > 0.5;
+    if (look.opacity < 1) this.material.depthWrite = false;
     const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, false);
     bone.translate(0, 0.5, 0);
     this.bones = new THREE.InstancedMesh(bone, this.material, Math.max(this.links.length, 1));
@@ -50,8 +50,8 @@ export class Figure {
     const plain = new THREE.Color(color);
     const shades = {
       "": plain,
-      left: plain.clone().lerp(new THREE.Color(0xffffff), 0.3),
-      right: plain.clone().lerp(new THREE.Color(0x000000), 0.22),
+      left: plain.clone().lerp(new THREE.Color(0xffffff), 0.13),
+      right: plain.clone().lerp(new THREE.Color(0x000000), 0.26),
     };
     this.links.forEach(([, node], i) => this.bones.setColorAt(i, shades[sideOf(this.clip.names[node] ?? "")]));
     this.clip.names.forEach((name, i) => this.joints.setColorAt(i, shades[sideOf(name)]));

@@ -83,7 +83,7 @@ export class SignalView {
       pen.fillRect(Math.round(left + clamp(time / longest, 0, 1) * columnWidth), TOP, 1, height - TOP - BOTTOM);
     };
     rule(companionKnots ? playback.outputTime : playback.inputTime, LEFT);
-    rule(playback.outputTime, side ? LEFT + columnWidth + 12 : LEFT);
+    rule(this.store.lookedAt, side ? LEFT + columnWidth + 12 : LEFT);
     if (clip.names.length > rows) {
       pen.fillStyle = palette.muted;
       pen.fillText(`${rows} of ${clip.names.length} channels`, LEFT, TOP - 8);

@@ -130,7 +130,7 @@ export class Stage {
     if (!knots) return;
     const shown = view.showB && companionKnots ? companionKnots : knots;
     const other = view.showB && companionKnots ? knots : companionKnots;
-    const outputTime = playback.outputTime;
+    const outputTime = store.lookedAt;
     const outputInput = inputAt(shown, outputTime);
     const companionInput = other ? inputAt(other, outputTime) : playback.inputTime;
     const color = this.theme.palette[other ? "spline" : "figure-input"];

@@ -69,14 +69,13 @@ export class Handles {
     this.scales = scales;
     const document = this.store.document;
     if (!document) return;
-    const { map, speed, reference } = layout;
+    const { map, reference } = layout;
     const box = this.overlay.style;
     // Wider than the map by half a handle: keys at its edges keep their shape.
     box.left = `${map.x - 14}px`;
     box.width = `${map.width + 24}px`;
     box.top = "0";
     box.height = `${layout.height}px`;
-    this.overlay.style.pointerEvents = "none";
     this.gutter.style.left = `${map.x - 16}px`;
     this.gutter.style.width = "16px";
     this.gutter.style.top = `${map.y}px`;
@@ -126,7 +125,9 @@ export class Handles {
       const sign = side === 0 ? -1 : 1;
       const x = chosen ? outputX(layout, scales, chosen.output_time) - map.x + 14 : 0;
       const y = chosen ? inputY(layout, scales, chosen.input_time) : 0;
-      move(handle, x + sign * dx, y + sign * dy, chosen !== null && x > 4 && x < map.width + 22);
+      const [tipX, tipY] = [x + sign * dx, y + sign * dy];
+      const inMap = tipX > 12 && tipX < map.width + 16 && tipY > map.y && tipY < map.y + map.height;
+      move(handle, tipX, tipY, chosen !== null && inMap);
       describe(handle, shownSpeed, SLOWEST, FASTEST, `${shownSpeed.toFixed(2)} times`);
     });
 
@@ -172,7 +173,6 @@ export class Handles {
         describe(edge, time, 0, this.store.inputDuration, `${time.toFixed(2)} s`);
       });
     });
-    void speed;
   }
 
   focusKey(id: string): void {

@@ -41,7 +41,7 @@ export class Painter {
       this.flights(knots);
       this.locks(knots);
       this.mapCurves(knots);
-      this.speedCurve(knots);
+      this.speedCurve();
       this.heat();
     }
     this.reference();
@@ -199,7 +199,7 @@ export class Painter {
     });
   }
 
-  private speedCurve(knots: Knots): void {
+  private speedCurve(): void {
     const { pen, layout, scales, palette, store } = this;
     const curve = store.curve;
     if (!curve) return;
@@ -241,7 +241,6 @@ export class Painter {
       pen.strokeStyle = palette.output;
       draw(curve.frame_times, (i) => at(curve.speeds, i), curve.speeds.length);
     });
-    void knots;
   }
 
   private heat(): void {

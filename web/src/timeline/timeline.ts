@@ -6,7 +6,7 @@ import { panned, snapped, within, zoomed, type View } from "../scale";
 import type { Session } from "../session";
 import type { Selection, Store, Topic } from "../store";
 import type { Theme } from "../theme";
-import { inputAt, outputEnd } from "../warp";
+import { inputAt, outputEnd, speedAt } from "../warp";
 import { draggable } from "./drag";
 import { Handles } from "./handles";
 import {
@@ -55,7 +55,7 @@ export class Timeline {
       swatch("muted", "dashed", "Linear"),
       swatch("reference", "", "In the air"),
     );
-    this.root.append(this.canvas, this.handles.gutter, this.handles.overlay, this.legend, this.trouble);
+    this.root.append(this.canvas, this.legend, this.handles.gutter, this.handles.overlay, this.trouble);
     this.listen();
   }
 
@@ -75,8 +75,8 @@ export class Timeline {
     if (!pen) return;
     pen.setTransform(scale, 0, 0, scale, 0, 0);
     new Painter(pen, this.layout, this.scales, this.store, this.theme.palette).paint();
-    this.tangentLine(pen);
     this.handles.place(this.layout, this.scales);
+    this.tangentLine(pen);
     const { map } = this.layout;
     this.legend.style.left = `${map.x + 8}px`;
     this.legend.style.top = `${map.y + 5}px`;
@@ -132,9 +132,9 @@ export class Timeline {
     const time = (event: MouseEvent): number => outputTimeAt(this.layout, this.scales, place(event).x);
     draggable(canvas, (down) => {
       const { x, y } = place(down);
-      if (down.button === 1 || down.altKey) return this.pan(down);
+      if (down.button === 1 || down.altKey) return this.pan();
       if (inside(this.layout.gutter, x, y) && store.document) return this.drawLock(y);
-      if (inside(this.layout.reference, x, y)) return null;
+      if (y > this.layout.heat.y + this.layout.heat.height) return null;
       if (x < GUTTER - 8) return null;
       this.choose(null);
       (document.activeElement as HTMLElement | null)?.blur();
@@ -206,9 +206,8 @@ export class Timeline {
     this.store.touch("view");
   }
 
-  private pan(down: PointerEvent): { move(dx: number): void; end(): void; cancel(): void } {
+  private pan(): { move(dx: number): void; end(): void; cancel(): void } {
     let last = 0;
-    void down;
     return {
       move: (dx) => {
         this.panBy(last - dx);
@@ -258,12 +257,15 @@ export class Timeline {
     const { id } = store.selection;
     const key = store.document.keys.find((one) => one.id === id);
     if (!key) return;
-    this.handles.place(layout, scales);
     const knots = store.knots;
-    const shown = key.speed ?? (knots ? speedOf(knots, key.output_time) : 1);
+    const shown = key.speed ?? (knots ? speedAt(knots, key.output_time) : 1);
     const [dx, dy] = this.handles.tangentArm(shown);
     const x = outputX(layout, scales, key.output_time);
     const y = inputY(layout, scales, key.input_time);
+    pen.save();
+    pen.beginPath();
+    pen.rect(layout.map.x, layout.map.y, layout.map.width, layout.map.height);
+    pen.clip();
     pen.strokeStyle = this.theme.palette.output;
     pen.globalAlpha = key.speed === null ? 0.45 : 1;
     pen.lineWidth = 1.3;
@@ -272,8 +274,7 @@ export class Timeline {
     pen.moveTo(x - dx, y - dy);
     pen.lineTo(x + dx, y + dy);
     pen.stroke();
-    pen.setLineDash([]);
-    pen.globalAlpha = 1;
+    pen.restore();
   }
 
   /** Words about what can't be done, beside the key or lock at fault. */
@@ -292,11 +293,6 @@ export class Timeline {
     trouble.style.left = `${Math.max(8, right ? x + 18 : x - 18 - offsetWidth)}px`;
     trouble.style.top = `${Math.min(Math.max(layout.map.y + 4, y - offsetHeight / 2), layout.height - offsetHeight - 6)}px`;
   }
-}
-
-function speedOf(knots: { outputTimes: Float64Array; inputTimes: Float64Array }, time: number): number {
-  const step = 1e-3;
-  return (inputAt(knots, time + step) - inputAt(knots, time - step)) / (2 * step);
 }
 
 function swatch(color: string, dash: string, text: string): HTMLElement {

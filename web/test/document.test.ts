@@ -1,0 +1,169 @@
+import { describe, expect, it } from "vitest";
+import {
+  addKey,
+  addLock,
+  changeKey,
+  deleteKey,
+  keyPlace,
+  lengthInFrames,
+  parseSpeed,
+  parseTime,
+  setReferenceRange,
+  throughKeys,
+} from "../src/document";
+import type { Document, Key } from "../src/messages";
+import { parseSpeeds, speedsText } from "../src/panels/inspector";
+
+const EMPTY: Document = {
+  clips: [{ path: "walk.bvh", role: "search", first_frame: null, last_frame: null, fps: null, skeleton: null }],
+  references: [],
+  keys: [],
+  locks: [],
+  length: null,
+  min_length: null,
+  max_length: null,
+  free_weight: "neutral",
+  influence: 1,
+  options: {
+    method: "guided",
+    rate: null,
+    max_skip: null,
+    upsample: null,
+    slowest: null,
+    fastest: null,
+    smoothness: 0,
+    smoothing: null,
+    n_neighbors: null,
+    time_scale: null,
+    low_pass: null,
+    features: null,
+    score: "joint",
+    loop: false,
+    average: true,
+  },
+  kept: [],
+};
+
+function withKeys(...outputTimes: number[]): Document {
+  const keys = outputTimes.map((time, i): Key => ({ id: `k${i + 1}`, input_time: time, output_time: time, speed: null }));
+  return { ...EMPTY, keys };
+}
+
+describe("keys", () => {
+  it("are added with an id that none has, and leave the old document as it was", () => {
+    const before = withKeys(1, 2);
+    const [after, id] = addKey(deleteKey(before, "k1"), 0.5, 0.25);
+    expect(id).toBe("k1");
+    expect(after.keys.map((key) => key.id)).toEqual(["k2", "k1"]);
+    expect(before.keys).toHaveLength(2);
+  });
+
+  it("are not added twice at one output time", () => {
+    const before = withKeys(1);
+    expect(addKey(before, 0.3, 1)).toEqual([before, "k1"]);
+  });
+
+  it("change alone", () => {
+    const after = changeKey(withKeys(1, 2), "k2", { speed: 0.5 });
+    expect(after.keys.map((key) => key.speed)).toEqual([null, 0.5]);
+  });
+});
+
+describe("where a dragged key lands", () => {
+  const room = { inputDuration: 4, rate: 10, outputEnd: 3 };
+  const place = (wanted: { inputTime: number; outputTime: number }, snap = true): { input_time: number; output_time: number } =>
+    keyPlace(withKeys(1, 2), "k1", wanted, room, snap);
+
+  it("is on whole frames, or anywhere", () => {
+    expect(place({ inputTime: 1.234, outputTime: 0.777 })).toEqual({ input_time: 1.2, output_time: 0.8 });
+    expect(place({ inputTime: 1.234, outputTime: 0.777 }, false)).toEqual({ input_time: 1.234, output_time: 0.777 });
+  });
+
+  it("is between its neighbours, a frame from each", () => {
+    expect(place({ inputTime: 1, outputTime: 2.5 }).output_time).toBeCloseTo(1.9);
+    expect(place({ inputTime: 1, outputTime: -1 }).output_time).toBeCloseTo(0.1);
+  });
+
+  it("is inside the input", () => {
+    expect(place({ inputTime: 9, outputTime: 1 }).input_time).toBe(4);
+    expect(place({ inputTime: -9, outputTime: 1 }).input_time).toBe(0);
+  });
+
+  it("is midway where neighbours leave no room", () => {
+    const crowded = withKeys(1, 1.05, 1.1);
+    expect(keyPlace(crowded, "k2", { inputTime: 1, outputTime: 2 }, room, true).output_time).toBeCloseTo(1.05);
+  });
+});
+
+describe("the reference's range", () => {
+  it("makes the clip its own reference, and unmakes it", () => {
+    const cut = setReferenceRange(EMPTY, { first: 10, last: 40 });
+    expect(cut.references[0]).toMatchObject({ path: null, first_frame: 10, last_frame: 40 });
+    expect(setReferenceRange(cut, null).references).toEqual([]);
+  });
+
+  it("keeps a file, its weight, and other references", () => {
+    const [made] = setReferenceRange(EMPTY, { first: 0, last: 9 }).references;
+    const file = { ...(made as NonNullable<typeof made>), path: "limp.bvh", weight: 2 };
+    const two = { ...EMPTY, references: [file, { ...file, path: "run.bvh" }] };
+    const all = setReferenceRange(two, null);
+    expect(all.references.map((one) => [one.path, one.first_frame, one.weight])).toEqual([["limp.bvh", null, 2], ["run.bvh", 0, 2]]);
+  });
+});
+
+describe("what people type", () => {
+  it.each([
+    ["3.5", 3.5],
+    ["3.5s", 3.5],
+    ["105f", 3.5],
+    ["1:03.5", 63.5],
+    [".25", 0.25],
+    ["1_0", null],
+    ["", null],
+    ["1e3", null],
+    ["3,5", null],
+  ])("time %j", (text, seconds) => expect(parseTime(text, 30)).toBe(seconds));
+
+  it.each([
+    ["1.5", 1.5],
+    ["1/2", 0.5],
+    ["50%", 0.5],
+    ["2×", 2],
+    ["0", null],
+    ["-1", null],
+    ["1/0", null],
+    ["fast", null],
+  ])("speed %j", (text, speed) => expect(parseSpeed(text)).toBe(speed));
+
+  it.each([
+    ["uncut", [0, 1]],
+    ["1", [1, 1]],
+    ["0.5-2", [0.5, 2]],
+    ["0-1", [0, 1]],
+    ["50% to 1", [0.5, 1]],
+    ["2-1", null],
+    ["0", null],
+    ["1-2-3", null],
+  ])("speeds %j", (text, speeds) => expect(parseSpeeds(text)).toEqual(speeds));
+
+  it("speeds are shown as they are typed", () => {
+    for (const text of ["uncut", "1", "0.5-2"]) expect(speedsText(...(parseSpeeds(text) as [number, number]))).toBe(text);
+  });
+});
+
+it("draws straight lines through keytimes, in order, without those at one time", () => {
+  const { outputTimes, inputTimes } = throughKeys(withKeys(2, 1, 2), 4);
+  expect([...outputTimes]).toEqual([0, 1, 2, 4]);
+  expect([...inputTimes]).toEqual([0, 1, 2, 4]);
+});
+
+it("writes lengths as frames, two at least", () => {
+  expect(lengthInFrames(2, 30)).toBe("61f");
+  expect(lengthInFrames(-5, 30)).toBe("2f");
+});
+
+it("adds locks beside keys, each with an id of its own", () => {
+  const [one] = addLock(withKeys(1), 0, 1);
+  const [two] = addLock(one, 2, 3);
+  expect(two.locks.map((lock) => lock.id)).toEqual(["l1", "l2"]);
+});
