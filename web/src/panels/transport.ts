@@ -91,7 +91,7 @@ export class Transport {
       setText(this.speed, `at ${speedAt(knots, playback.outputTime).toFixed(2)}×`);
     }
     const speed = Math.abs(playback.rate) > 1 || playback.rate < 0 ? `plays at ${playback.rate}×` : "";
-    setText(this.status, speed || (curve ? "" : "Solving…"));
+    setText(this.status, speed || (curve || this.store.problem ? "" : "Solving…"));
   }
 }
 

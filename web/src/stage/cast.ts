@@ -86,7 +86,7 @@ export class Cast {
       this.ghost?.figure.dispose();
       const look = { color: this.palette.reference, opacity: 0.45 };
       // Thicker than the figure: a match is often the very same pose, and is seen as a sleeve around it.
-      const figure = new Figure(reference, heightOf(reference), look, 1.7);
+      const figure = new Figure(reference, heightOf(reference), look, 1.45);
       figure.object.traverse((part) => part.layers.set(OUTPUT));
       this.scene.add(figure.object);
       this.ghost = { figure, clip: reference, pose: new Float32Array(3 * reference.n_nodes) };
