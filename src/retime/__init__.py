@@ -45,9 +45,10 @@ if TYPE_CHECKING:
     from retime.warp.control import Lock
     from retime.warp.curve import Keytime, Warp
     from retime.warp.features import PoseOptions
-    from retime.warp.guided import GuidedWarp, guided_warp
+    from retime.warp.guided import guided_warp
     from retime.warp.imitate import imitate
     from retime.warp.reference import Reference
+    from retime.warp.result import GuidedWarp
     from retime.warp.session import Session
     from retime.warp.spline import linear_warp, spline_warp
 
@@ -76,7 +77,7 @@ _HOMES = {
     "apply_warp": "retime.warp.apply",
     "Keytime": "retime.warp.curve",
     "Warp": "retime.warp.curve",
-    "GuidedWarp": "retime.warp.guided",
+    "GuidedWarp": "retime.warp.result",
     "Lock": "retime.warp.control",
     "PoseOptions": "retime.warp.features",
     "imitate": "retime.warp.imitate",

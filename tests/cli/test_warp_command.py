@@ -256,18 +256,18 @@ def test_the_same_command_writes_the_same_bytes(run, clips, tmp_path) -> None:
 def test_defaults_in_help_are_those_of_the_library(run) -> None:
     import inspect
 
-    from retime.warp import guided
+    from retime.warp import fit, session
 
     help_text = " ".join(run("warp", "--help").stdout.split())
     signature = inspect.signature(guided.guided_warp).parameters
     assert set(NAMES) <= set(signature)
     for option, value in {
-        "--rate": guided.DEFAULT_RATE,
-        "--max-skip": guided.DEFAULT_MAX_SKIP,
-        "--neighbors": guided.DEFAULT_NEIGHBORS,
-        "--time-scale": guided.DEFAULT_TIME_SCALE,
-        "--low-pass": guided.DEFAULT_LOW_PASS,
-        "--smoothing": guided.DEFAULT_SMOOTHING,
+        "--rate": session.DEFAULT_RATE,
+        "--max-skip": fit.DEFAULT_MAX_SKIP,
+        "--neighbors": session.DEFAULT_NEIGHBORS,
+        "--time-scale": session.DEFAULT_TIME_SCALE,
+        "--low-pass": session.DEFAULT_LOW_PASS,
+        "--smoothing": session.DEFAULT_SMOOTHING,
     }.items():
         shown = help_text[help_text.index(f"{option} ") :]
         shown = shown[shown.index("[default: ") + len("[default: ") :]

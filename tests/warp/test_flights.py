@@ -14,7 +14,8 @@ import pytest
 import retime
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
-from retime.warp.guided import GuidedWarp, guided_warp
+from retime.warp.guided import guided_warp
+from retime.warp.result import GuidedWarp
 
 SAMPLE = Path(retime.__file__).parent / "data/sample.bvh"
 

@@ -11,7 +11,8 @@ from retime.errors import InfeasibleWarpError, OptionError
 from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.control import Lock
-from retime.warp.guided import GuidedWarp, guided_warp
+from retime.warp.guided import guided_warp
+from retime.warp.result import GuidedWarp
 from tests.warp.motions import wandering_motion, wandering_signal
 
 SCORES = ["joint", "conditional"]

@@ -22,8 +22,9 @@ from retime.warp.curve import Keytime
 from retime.warp.guided import guided_warp
 from retime.warp.keytimes import as_keytimes
 from retime.warp.reference import Reference
+from retime.warp.result import GuidedWarp
 from retime.warp.score import triple_scores
-from retime.warp.session import GuidedWarp, Session
+from retime.warp.session import Session
 from tests.reference import wishes as literal
 from tests.reference.wishes import Wishes
 

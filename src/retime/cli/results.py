@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
     from retime.warp.curve import Warp
-    from retime.warp.guided import GuidedWarp
+    from retime.warp.result import GuidedWarp
 
 
 def _also(text: str) -> tuple[Path, Path]:

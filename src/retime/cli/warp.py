@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
     from retime.warp.curve import Warp
-    from retime.warp.guided import GuidedWarp
     from retime.warp.reference import Reference
+    from retime.warp.result import GuidedWarp
 
 
 def _reference_weight(text: str) -> float:
@@ -217,8 +217,8 @@ def _find(
     request: _Request, clips: list[Motion | Signal], references: list[Reference]
 ) -> tuple[Warp, GuidedWarp | None]:
     """Find the warp by the method asked for."""
-    from retime.warp.guided import as_keytimes, guided_warp
-    from retime.warp.keytimes import check_keytimes
+    from retime.warp.guided import guided_warp
+    from retime.warp.keytimes import as_keytimes, check_keytimes
     from retime.warp.spline import linear_warp, spline_warp
 
     clip = clips[0]

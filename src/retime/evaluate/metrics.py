@@ -26,7 +26,8 @@ from retime.warp.apply import output_frame_times
 from retime.warp.curve import Keytime, Warp
 from retime.warp.features import PoseOptions, timing_features
 from retime.warp.reference import Reference, model_poses
-from retime.warp.session import DEFAULT_TIME_SCALE, GuidedWarp
+from retime.warp.result import GuidedWarp
+from retime.warp.session import DEFAULT_TIME_SCALE
 
 Spans = Sequence[tuple[float, float]]
 """Stretches of a clip: start and end, seconds."""

@@ -31,7 +31,8 @@ from retime.motion.motion import Motion
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Keytime, Warp
 from retime.warp.reference import Reference
-from retime.warp.session import GuidedWarp, Session
+from retime.warp.result import GuidedWarp
+from retime.warp.session import Session
 from retime.warp.spline import linear_warp
 
 SETTINGS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": 0.2}

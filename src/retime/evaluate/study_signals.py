@@ -16,7 +16,7 @@ from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from retime.warp.guided import guided_warp
-from retime.warp.session import GuidedWarp
+from retime.warp.result import GuidedWarp
 from retime.warp.spline import linear_warp
 
 CAMERA_RATE = Fraction(24)

@@ -19,7 +19,7 @@ from retime.evaluate.study_signals import CameraResult, SignalResult
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
-from retime.warp.session import GuidedWarp
+from retime.warp.result import GuidedWarp
 
 NOTHING = "–"
 

@@ -21,7 +21,8 @@ from retime.warp.control import Lock
 from retime.warp.curve import Warp
 from retime.warp.keytimes import as_keytimes, check_keytimes
 from retime.warp.reference import Reference
-from retime.warp.session import GuidedWarp, Session
+from retime.warp.result import GuidedWarp
+from retime.warp.session import Session
 from retime.warp.spline import linear_warp, spline_warp
 
 AnyClip = Motion | Signal

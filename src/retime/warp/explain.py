@@ -87,7 +87,7 @@ def explain_path(
     n_neighbors: int,
     score: str,
 ) -> Explanation:
-    """Explain a path; the parameters are the fields of `retime.warp.session.GuidedWarp`."""
+    """Explain a path; the parameters are the fields of `retime.warp.result.GuidedWarp`."""
     frames = path.frames
     n_output = len(frames)
     which = np.full((n_output, n_neighbors), -1, dtype=np.int64)

@@ -6,33 +6,18 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
+from retime.warp.clips import Clip
 from retime.warp.control import Lock
 from retime.warp.features import PoseOptions
-from retime.warp.keytimes import as_keytimes
 from retime.warp.reference import Reference
+from retime.warp.result import GuidedWarp
 from retime.warp.session import (
     DEFAULT_LOW_PASS,
-    DEFAULT_MAX_SKIP,
     DEFAULT_NEIGHBORS,
-    DEFAULT_RATE,
     DEFAULT_SMOOTHING,
     DEFAULT_TIME_SCALE,
-    Clip,
-    GuidedWarp,
     Session,
 )
-
-__all__ = [
-    "DEFAULT_LOW_PASS",
-    "DEFAULT_MAX_SKIP",
-    "DEFAULT_NEIGHBORS",
-    "DEFAULT_RATE",
-    "DEFAULT_SMOOTHING",
-    "DEFAULT_TIME_SCALE",
-    "GuidedWarp",
-    "as_keytimes",
-    "guided_warp",
-]
 
 
 def guided_warp(

@@ -13,9 +13,10 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
+from retime.warp.fit import DEFAULT_MAX_SKIP, usual_upsample
 from retime.warp.guided import guided_warp
 from retime.warp.reference import Reference
-from retime.warp.session import DEFAULT_MAX_SKIP, GuidedWarp, usual_upsample
+from retime.warp.result import GuidedWarp
 
 # Options of guided_warp that need speeds of their own, or say which.
 _BOUND_SPEEDS = ("speed", "upsample", "max_skip", "keys", "locks", "min_length", "max_length")

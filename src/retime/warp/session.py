@@ -12,47 +12,36 @@ import itertools
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
-from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
-from retime.motion.signal import Signal
 from retime.motion.timecode import parse_length
 from retime.warp import control
-from retime.warp.control import BoolArray, Lock, LockedSpan
+from retime.warp.clips import Clip, as_clips, as_references
+from retime.warp.control import BoolArray, Lock
 from retime.warp.curve import Keytime, Warp, add_times, blend
-from retime.warp.explain import Explanation, explain_path
 from retime.warp.features import PoseOptions
+from retime.warp.fit import Wishes, reduce_to_fit
 from retime.warp.keytimes import (
-    SLOWEST_SEARCHED,
     Reduction,
     as_keytimes,
     check_keytimes,
     knots_of_path,
     nearest_frame,
-    reduce_to_compression,
 )
 from retime.warp.path import FramePath, shortest_path
-from retime.warp.picture import facts_html, warp_html
 from retime.warp.reference import Reference, model_poses
+from retime.warp.result import GuidedWarp
 from retime.warp.score import Model, build_model, triple_scores
 from retime.warp.score_table import ScoreTable, score_table
 from retime.warp.spline import spline_warp
 
-Clip = Motion | Signal
-Upsamples = int | tuple[int, ...]
-
 DEFAULT_RATE = 30
-DEFAULT_MAX_SKIP = 8
-# Frames offered per analysis period where a motion may slow down. Another's timing is met two to three times as closely
-# in eighths as in quarters (docs/method.md), at three times the cost: worth it up to so many seconds of input.
-_QUARTERS, _EIGHTHS, _EIGHTHS_UP_TO = 4, 8, 120.0
 DEFAULT_NEIGHBORS = 3
 # Seconds. By docs/study: from 0.1 to 0.2 flights are kept alike, and at 0.2 other timing is imitated best.
 DEFAULT_TIME_SCALE = 0.2
@@ -66,124 +55,6 @@ FREE_WEIGHTS = ("neutral", "sum")
 _COARSE_RATE = 5.0
 
 
-@dataclass(frozen=True, eq=False)
-class GuidedWarp:
-    """A guided warp, and how it came about.
-
-    Attributes
-    ----------
-    warp : Warp
-        The result: output time to input time, smooth.
-    steps : Warp
-        The guided warp before smoothing and blending: the polyline through the frames of the path.
-    path : FramePath
-        The selected frames of the unrolled input, their scores and total.
-    reduction : Reduction
-        What the search was offered.
-    model : Model
-        The reference frames.
-    references : tuple of str
-        Names of the references.
-    input_poses : float array, shape (n_input, n_numbers)
-        Pose vectors of the unrolled input.
-    allowed : bool array, shape (n_input, max_skip)
-        Steps that the search was allowed.
-    locked : tuple of LockedSpan
-        Where locks bound the unrolled input.
-    n_reference : int
-        Reference frames at the analysis rate, of all references.
-    max_skip, n_neighbors : int
-        As used.
-    time_scale, low_pass : float
-        As used; seconds and Hz.
-    score : str
-        "joint" or "conditional".
-    excess : float, optional
-        For the heuristic search: by what share its total exceeds the optimum.
-    seconds : dict of str to float
-        Time spent in each stage.
-    """
-
-    warp: Warp
-    steps: Warp
-    path: FramePath
-    reduction: Reduction
-    model: Model
-    references: tuple[str, ...]
-    input_poses: FloatArray
-    allowed: BoolArray
-    locked: tuple[LockedSpan, ...]
-    n_reference: int
-    max_skip: int
-    n_neighbors: int
-    time_scale: float
-    low_pass: float
-    score: str
-    excess: float | None = None
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def n_input(self) -> int:
-        """Frames offered to the search."""
-        return self.reduction.n_input
-
-    @property
-    def n_output(self) -> int:
-        """Frames selected."""
-        return self.reduction.n_output
-
-    @property
-    def upsample(self) -> int:
-        """Unrolled input frames per analysis period, where there are most (`reduction.upsamples` has all spans)."""
-        return self.reduction.upsample
-
-    @property
-    def rate(self) -> float:
-        """Analysis rate, Hz."""
-        return self.reduction.rate
-
-    @property
-    def total(self) -> float:
-        """The objective (Eq. 1): sum of the path's scores."""
-        return self.path.total
-
-    @property
-    def path_speeds(self) -> FloatArray:
-        """Playback speed of each step of the path, shape (n_output - 1,); 0 in a hold, below 0 backward."""
-        frames = self.path.frames
-        change = np.diff(self.reduction.input_times[frames])
-        moved = np.sign(change) * np.diff(frames) / self.reduction.upsample_at[frames[:-1]]
-        return np.where(self.reduction.held[frames[:-1]], change * self.rate, moved)
-
-    def explain(self) -> Explanation:
-        """Say for each output frame what it scored, what it was matched with, and what was binding."""
-        return explain_path(
-            self.reduction,
-            self.path,
-            self.model,
-            self.input_poses,
-            self.allowed,
-            locked=self.locked,
-            references=self.references,
-            n_neighbors=self.n_neighbors,
-            score=self.score,
-        )
-
-    def _repr_html_(self) -> str:
-        facts = {
-            "n_input": self.n_input,
-            "n_output": self.n_output,
-            "n_reference": self.n_reference,
-            "max_skip": self.max_skip,
-            "upsample": self.upsample,
-            "rate": f"{self.rate:g} Hz",
-            "total": f"{self.total:.6g}",
-            "optimal": "proved" if self.path.optimal else "no",
-            "seconds": f"{sum(self.seconds.values()):.3f}",
-        }
-        return warp_html(self.warp) + facts_html(facts)
-
-
 class Session:
     """A motion and its references, analysed; `solve` finds warps.
 
@@ -192,6 +63,7 @@ class Session:
     Examples
     --------
     >>> from fractions import Fraction
+    >>> from retime import Signal
     >>> t = np.arange(120) / 30
     >>> session = Session(Signal(("x",), np.sin(t**2)[:, None], Fraction(30)))
     >>> [session.solve(keys=[(2.0, to)], length="75%").n_output for to in (1.4, 1.5, 1.6)]
@@ -217,7 +89,7 @@ class Session:
         self.itself = reference is None or reference is motion
         self.n_neighbors, self.time_scale, self.low_pass, self.score = n_neighbors, time_scale, low_pass, score
         poses = model_poses(
-            self.clips, () if self.itself else _as_references(reference, len(self.clips), rate), features
+            self.clips, () if self.itself else as_references(reference, len(self.clips), rate), features
         )
         self._tracks, references = poses.input, poses.references
         self.references = tuple(track.name for track in references)
@@ -270,14 +142,23 @@ class Session:
         if loop:
             _check_loop(keytimes, search)
         bounds = self._length_bounds(min_length, max_length)
-        wishes = _Wishes(
+        wishes = Wishes(
             self.motion.duration,
             tuple(locks),
             tuple(key.speed for key in keytimes if key.speed is not None),
             slowest,
             fastest,
         )
-        reduction, max_skip = self._reduce(keytimes, wishes, bounds, upsample, max_skip, loop=loop)
+        reduction, max_skip = reduce_to_fit(
+            keytimes,
+            wishes,
+            rate=self.rate,
+            itself=self.itself,
+            loop=loop,
+            upsample=upsample,
+            max_skip=max_skip,
+            counts=lambda reduction: self._length_range(bounds, reduction),
+        )
         locked, allowed = wishes.locked(reduction, max_skip), wishes.allowed(reduction, max_skip)
         counts = self._length_range(bounds, reduction) if free else None
 
@@ -353,108 +234,6 @@ class Session:
             excess=excess,
             seconds=seconds,
         )
-
-    def _reduce(
-        self,
-        keytimes: Sequence[Keytime],
-        wishes: _Wishes,
-        bounds: tuple[int, int | None],
-        upsample: int | None,
-        max_skip: int | None,
-        *,
-        loop: bool,
-    ) -> tuple[Reduction, int]:
-        """Unroll the input so that the keytimes can be met; `upsample` and `max_skip` give way where left out."""
-        chosen: Upsamples = self._choose_upsamples(keytimes, wishes, loop=loop) if upsample is None else upsample
-
-        def reduced(upsample: Upsamples) -> Reduction:
-            return reduce_to_compression(keytimes, self.motion.duration, rate=self.rate, upsample=upsample)
-
-        def check(upsample: Upsamples, max_skip: int, **more: Any) -> None:
-            reduction = reduced(upsample)
-            counts = self._length_range(bounds, reduction) if reduction.free else None
-            control.check_counts(reduction, wishes.allowed(reduction, max_skip), n_output=counts, **more)
-
-        def stuck(upsample: Upsamples, max_skip: int) -> int | None:
-            """Return a span that can't be crossed, -1 for another obstacle, None where all keytimes can be met."""
-            try:
-                check(upsample, max_skip)
-            except InfeasibleWarpError as error:
-                return -1 if error.span is None else error.span
-            except OptionError:
-                return -1
-            return None
-
-        def fits(upsample: Upsamples, max_skip: int) -> bool:
-            return stuck(upsample, max_skip) is None
-
-        choice = chosen
-        refined: set[int] = set()
-        while True:
-            reduction = reduced(choice)
-            skip = self._choose_max_skip(reduction, wishes) if max_skip is None else max_skip
-            where = stuck(choice, skip)
-            if where is None:
-                return reduction, skip
-            if max_skip is None and (enough := control.least_max_skip(choice, skip, fits)) is not None:
-                # Where locks play slowly, the rest has to be faster; and not all of it as fast as can be.
-                return reduction, min(control.MAX_STEP, enough + enough // 4)
-            # Where locks play fast, the rest may have to be slower than the lengths alone say; and a span that shows
-            # as much as it takes may lose a frame to rounding.
-            if isinstance(choice, int) or where == -1 or where in refined:
-                break
-            ends = {0, len(choice) - 1} if loop else set()
-            again = ends | {where} if where in ends else {where}
-            refined |= again
-            if 2 * max(choice[span] for span in again) > control.MAX_UPSAMPLE:
-                break
-            choice = tuple(
-                control.upsample_for(2 * one, *wishes.speeds) if span in again else one
-                for span, one in enumerate(choice)
-            )
-        reduction = reduced(chosen)
-        skip = self._choose_max_skip(reduction, wishes) if max_skip is None else max_skip
-        if not 1 <= skip <= control.MAX_STEP:
-            why = f" (for the speeds asked for, with upsample={reduction.upsample})" if max_skip is None else ""
-            raise OptionError(f"max_skip must be from 1 to {control.MAX_STEP}, found {skip}{why}")
-        check(chosen, skip, wishes=str(wishes), fits=fits)
-        return reduction, skip
-
-    def _choose_upsamples(self, keytimes: Sequence[Keytime], wishes: _Wishes, *, loop: bool) -> tuple[int, ...]:
-        """1 where the input moves like itself and a span gets no longer; else 4, 8, or what the mean speed asks for."""
-        usual = _QUARTERS if self.itself else usual_upsample(self.motion.duration)
-        slower = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents]) < 1
-        limit = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
-        chosen = []
-        for before, after in itertools.pairwise(keytimes):
-            mean = abs(after.input_time - before.input_time) / (after.output_time - before.output_time)
-            if math.isinf(after.output_time):
-                least = usual
-            elif mean < SLOWEST_SEARCHED or (self.itself and mean > 0.999 and not slower):
-                least = 1
-            elif mean < 1:
-                least = max(usual, _ample(1 / mean, 16))
-            else:
-                # What plays fast throughout needs no frames so fine.
-                least = max(1, usual // math.floor(mean))
-            chosen.append(control.upsample_for(max(limit, least), *wishes.speeds))
-        if loop:
-            # First and last step must be able to agree.
-            chosen[0] = chosen[-1] = max(chosen[0], chosen[-1])
-        return tuple(chosen)
-
-    def _choose_max_skip(self, reduction: Reduction, wishes: _Wishes) -> int:
-        """8, or twice unit speed, or ample for the mean step; or what the speed limits say."""
-        if wishes.fastest < math.inf:
-            return max(1, math.floor(wishes.fastest * reduction.upsample + 1e-6))
-        anchors = reduction.anchors[:-1] if reduction.free else reduction.anchors
-        mean = [(j1 - j0) / (p1 - p0) for (p0, j0), (p1, j1) in itertools.pairwise(anchors)]
-        least = [lock.fastest for lock in wishes.locks if lock.fixed] + [lock.slowest for lock in wishes.locks]
-        wanted = max([0.0, *least, *wishes.tangents]) * reduction.upsample
-        ample = min(_ample(max(mean, default=0.0), 64), control.MAX_STEP)
-        # Another's timing may be twice as fast anywhere.
-        usual = DEFAULT_MAX_SKIP if self.itself else max(DEFAULT_MAX_SKIP, 2 * min(reduction.upsample, _EIGHTHS))
-        return max(usual, ample, math.ceil(wanted - 1e-6))
 
     def _length_bounds(self, least: str | int | None, most: str | int | None) -> tuple[int, int | None]:
         """Bounds on a free length, in frames of the motion."""
@@ -584,48 +363,6 @@ class Session:
         return self._model_at[rate]
 
 
-def usual_upsample(duration: float) -> int:
-    """Return the frames offered per analysis period where an input of some seconds moves like another."""
-    return _EIGHTHS if duration <= _EIGHTHS_UP_TO else _QUARTERS
-
-
-def _ample(mean: float, dear: int) -> int:
-    """Twice as much as on average; where that is dear, a quarter more."""
-    return max(min(math.ceil(2 * mean - 1e-9), dear), math.ceil(1.25 * mean - 1e-9))
-
-
-@dataclass(frozen=True)
-class _Wishes:
-    """What is asked for beside keytimes."""
-
-    duration: float
-    locks: tuple[Lock, ...]
-    tangents: tuple[float, ...]
-    slowest: float
-    fastest: float
-
-    @property
-    def any(self) -> bool:
-        return bool(self.locks or self.tangents) or self.slowest > 0 or self.fastest < math.inf
-
-    @property
-    def speeds(self) -> tuple[tuple[Lock, ...], tuple[float, ...], float, float]:
-        return self.locks, self.tangents, self.slowest, self.fastest
-
-    def locked(self, reduction: Reduction, max_skip: int) -> tuple[LockedSpan, ...]:
-        return control.locked_spans(reduction, max_skip, self.duration, self.locks)
-
-    def allowed(self, reduction: Reduction, max_skip: int) -> BoolArray:
-        locked = self.locked(reduction, max_skip)
-        return control.allowed_steps(reduction, max_skip, locked=locked, slowest=self.slowest, fastest=self.fastest)
-
-    def __str__(self) -> str:
-        words = ["the locks"] if self.locks else []
-        words += ["the tangents"] if self.tangents else []
-        words += ["the speed limits"] if self.slowest > 0 or self.fastest < math.inf else []
-        return " and ".join(words)
-
-
 def _check_loop(keytimes: Sequence[Keytime], search: str) -> None:
     """Refuse a loop whose ends can't agree in speed."""
     if search == "heuristic":
@@ -694,51 +431,6 @@ def _with_feasible(
         if control.steps_fit(allowed[j0:j], p - p0) and control.steps_fit(allowed[j:j1], p1 - p):
             merged.insert(place, (p, j))
     return merged
-
-
-def as_clips(
-    motion: Clip | ArrayLike | Sequence[Clip | Reference] | None, rate: float | str | None = None
-) -> tuple[Clip, ...]:
-    """Take a motion, a signal, an array of numbers, or several clips that move together.
-
-    Parameters
-    ----------
-    motion : Motion, Signal, sequence of them, or float array of shape (n_frames,) or (n_frames, n_channels)
-        What moves.
-    rate : float or str, optional
-        Frames a second of an array.
-
-    Raises
-    ------
-    OptionError
-        An array with no rate, or nothing at all.
-    """
-    if isinstance(motion, Motion | Signal):
-        return (motion,)
-    if isinstance(motion, Sequence) and motion and all(isinstance(clip, Motion | Signal) for clip in motion):
-        return tuple(clip for clip in motion if isinstance(clip, Motion | Signal))
-    values = np.asarray(motion, dtype=np.float64)
-    if values.ndim == 1:
-        values = values[:, None]
-    if values.ndim != 2 or values.shape[0] == 0:
-        raise OptionError(f"expected a motion, or an array of shape (n_frames, n_channels); found shape {values.shape}")
-    if rate is None:
-        raise OptionError("an array of numbers needs its rate: guided_warp(array, rate=30)")
-    return (Signal(tuple(f"c{i}" for i in range(values.shape[1])), values, parse_rate(rate), name="array"),)
-
-
-def _as_references(
-    reference: Clip | ArrayLike | Reference | Sequence[Clip | Reference] | None,
-    n_clips: int,
-    rate: float | str | None,
-) -> list[Reference]:
-    """Tell one reference from several: for a group of clips, that many plain clips are one reference."""
-    if isinstance(reference, Reference):
-        return [reference]
-    if isinstance(reference, Sequence) and any(isinstance(one, Reference) for one in reference):
-        return [one if isinstance(one, Reference) else Reference(as_clips(one, rate)) for one in reference]
-    clips = as_clips(reference, rate)
-    return [Reference(clips)] if n_clips > 1 else [Reference(clip) for clip in clips]
 
 
 def smooth_steps(steps: Warp, window: float, rate: float, *, keep: ArrayLike = (), loop: bool = False) -> Warp:

@@ -1,0 +1,61 @@
+"""What moves, and what it is to move like: told apart from the many ways in which people hand them over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from retime.errors import OptionError
+from retime.motion.motion import Motion
+from retime.motion.rate import parse_rate
+from retime.motion.signal import Signal
+from retime.warp.reference import Reference
+
+Clip = Motion | Signal
+
+
+def as_clips(
+    motion: Clip | ArrayLike | Sequence[Clip | Reference] | None, rate: float | str | None = None
+) -> tuple[Clip, ...]:
+    """Take a motion, a signal, an array of numbers, or several clips that move together.
+
+    Parameters
+    ----------
+    motion : Motion, Signal, sequence of them, or float array of shape (n_frames,) or (n_frames, n_channels)
+        What moves.
+    rate : float or str, optional
+        Frames a second of an array.
+
+    Raises
+    ------
+    OptionError
+        An array with no rate, or nothing at all.
+    """
+    if isinstance(motion, Motion | Signal):
+        return (motion,)
+    if isinstance(motion, Sequence) and motion and all(isinstance(clip, Motion | Signal) for clip in motion):
+        return tuple(clip for clip in motion if isinstance(clip, Motion | Signal))
+    values = np.asarray(motion, dtype=np.float64)
+    if values.ndim == 1:
+        values = values[:, None]
+    if values.ndim != 2 or values.shape[0] == 0:
+        raise OptionError(f"expected a motion, or an array of shape (n_frames, n_channels); found shape {values.shape}")
+    if rate is None:
+        raise OptionError("an array of numbers needs its rate: guided_warp(array, rate=30)")
+    return (Signal(tuple(f"c{i}" for i in range(values.shape[1])), values, parse_rate(rate), name="array"),)
+
+
+def as_references(
+    reference: Clip | ArrayLike | Reference | Sequence[Clip | Reference] | None,
+    n_clips: int,
+    rate: float | str | None,
+) -> list[Reference]:
+    """Tell one reference from several: for a group of clips, that many plain clips are one reference."""
+    if isinstance(reference, Reference):
+        return [reference]
+    if isinstance(reference, Sequence) and any(isinstance(one, Reference) for one in reference):
+        return [one if isinstance(one, Reference) else Reference(as_clips(one, rate)) for one in reference]
+    clips = as_clips(reference, rate)
+    return [Reference(clips)] if n_clips > 1 else [Reference(clip) for clip in clips]

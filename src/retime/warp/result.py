@@ -1,0 +1,134 @@
+"""What a search gives back: the warp, and how it came about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from retime.kernels import FloatArray
+from retime.warp.control import BoolArray, LockedSpan
+from retime.warp.curve import Warp
+from retime.warp.explain import Explanation, explain_path
+from retime.warp.keytimes import Reduction
+from retime.warp.path import FramePath
+from retime.warp.picture import facts_html, warp_html
+from retime.warp.score import Model
+
+
+@dataclass(frozen=True, eq=False)
+class GuidedWarp:
+    """A guided warp, and how it came about.
+
+    Attributes
+    ----------
+    warp : Warp
+        The result: output time to input time, smooth.
+    steps : Warp
+        The guided warp before smoothing and blending: the polyline through the frames of the path.
+    path : FramePath
+        The selected frames of the unrolled input, their scores and total.
+    reduction : Reduction
+        What the search was offered.
+    model : Model
+        The reference frames.
+    references : tuple of str
+        Names of the references.
+    input_poses : float array, shape (n_input, n_numbers)
+        Pose vectors of the unrolled input.
+    allowed : bool array, shape (n_input, max_skip)
+        Steps that the search was allowed.
+    locked : tuple of LockedSpan
+        Where locks bound the unrolled input.
+    n_reference : int
+        Reference frames at the analysis rate, of all references.
+    max_skip, n_neighbors : int
+        As used.
+    time_scale, low_pass : float
+        As used; seconds and Hz.
+    score : str
+        "joint" or "conditional".
+    excess : float, optional
+        For the heuristic search: by what share its total exceeds the optimum.
+    seconds : dict of str to float
+        Time spent in each stage.
+    """
+
+    warp: Warp
+    steps: Warp
+    path: FramePath
+    reduction: Reduction
+    model: Model
+    references: tuple[str, ...]
+    input_poses: FloatArray
+    allowed: BoolArray
+    locked: tuple[LockedSpan, ...]
+    n_reference: int
+    max_skip: int
+    n_neighbors: int
+    time_scale: float
+    low_pass: float
+    score: str
+    excess: float | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def n_input(self) -> int:
+        """Frames offered to the search."""
+        return self.reduction.n_input
+
+    @property
+    def n_output(self) -> int:
+        """Frames selected."""
+        return self.reduction.n_output
+
+    @property
+    def upsample(self) -> int:
+        """Unrolled input frames per analysis period, where there are most (`reduction.upsamples` has all spans)."""
+        return self.reduction.upsample
+
+    @property
+    def rate(self) -> float:
+        """Analysis rate, Hz."""
+        return self.reduction.rate
+
+    @property
+    def total(self) -> float:
+        """The objective (Eq. 1): sum of the path's scores."""
+        return self.path.total
+
+    @property
+    def path_speeds(self) -> FloatArray:
+        """Playback speed of each step of the path, shape (n_output - 1,); 0 in a hold, below 0 backward."""
+        frames = self.path.frames
+        change = np.diff(self.reduction.input_times[frames])
+        moved = np.sign(change) * np.diff(frames) / self.reduction.upsample_at[frames[:-1]]
+        return np.where(self.reduction.held[frames[:-1]], change * self.rate, moved)
+
+    def explain(self) -> Explanation:
+        """Say for each output frame what it scored, what it was matched with, and what was binding."""
+        return explain_path(
+            self.reduction,
+            self.path,
+            self.model,
+            self.input_poses,
+            self.allowed,
+            locked=self.locked,
+            references=self.references,
+            n_neighbors=self.n_neighbors,
+            score=self.score,
+        )
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "n_input": self.n_input,
+            "n_output": self.n_output,
+            "n_reference": self.n_reference,
+            "max_skip": self.max_skip,
+            "upsample": self.upsample,
+            "rate": f"{self.rate:g} Hz",
+            "total": f"{self.total:.6g}",
+            "optimal": "proved" if self.path.optimal else "no",
+            "seconds": f"{sum(self.seconds.values()):.3f}",
+        }
+        return warp_html(self.warp) + facts_html(facts)
