@@ -257,9 +257,10 @@ def test_defaults_in_help_are_those_of_the_library(run) -> None:
     import inspect
 
     from retime.warp import fit, session
+    from retime.warp.guided import guided_warp
 
     help_text = " ".join(run("warp", "--help").stdout.split())
-    signature = inspect.signature(guided.guided_warp).parameters
+    signature = inspect.signature(guided_warp).parameters
     assert set(NAMES) <= set(signature)
     for option, value in {
         "--rate": session.DEFAULT_RATE,
