@@ -211,11 +211,12 @@ void guess_price(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_
 // The vertices and edges that a path within the gap can use.
 struct Corridor {
     struct Vertex {
-        int64_t frame;
-        int64_t first_edge;
-        double go;       // G
-        int64_t low, high;  // positions of its labels
-        int64_t trace;   // where the edges that won begin, one byte a position; only where there are several
+        double go;  // G
+        int64_t frame, first_edge;
+        int64_t low, high;  // positions of its labels; the costs of a frame and a step share a slot,
+        int64_t first;      // and that of the lowest position stands here in it
+        int64_t trace;      // where the edges that won begin, one byte a position; only where there are several
+        int32_t slot;
         uint16_t step, n_edges;
     };
     struct Edge {
@@ -238,15 +239,17 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
     out.complete = true, out.overflow = false;
     // At (frame, step into it): the vertex there, plus one.
     std::vector<int64_t> met(static_cast<size_t>((s + 1) * s), 0);
-    const auto touch = [&](int64_t frame, int64_t step, double go) {
+    int64_t row = (n - 1) % (s + 1);  // of the frame that is visited, in `met`
+    const auto touch = [&](int64_t frame, int64_t back, int64_t step, double go) {
         const double cost = sweep.leaving[(frame - step) * s + step - 1] + go;
         if (!(cost <= ceiling)) {
             out.complete = out.complete && !(cost < kInf);
             return int64_t{-1};
         }
-        int64_t& place = met[(frame % (s + 1)) * s + step - 1];
+        const int64_t slot = (row - back + (row < back ? s + 1 : 0)) * s + step - 1;
+        int64_t& place = met[slot];
         if (!place) {
-            out.vertices.push_back({frame, 0, go, 0, -1, 0, static_cast<uint16_t>(step), 0});
+            out.vertices.push_back({go, frame, 0, 0, -1, 0, 0, static_cast<int32_t>(slot), static_cast<uint16_t>(step), 0});
             place = static_cast<int64_t>(out.vertices.size());
         }
         Corridor::Vertex& vertex = out.vertices[place - 1];
@@ -254,10 +257,10 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
         return place - 1;
     };
     size_t span = p.anchors.size() - 2;
-    for (int64_t a = 1; a <= std::min(s, n - 1 - p.anchors[span].frame); ++a) touch(n - 1, a, p.end_cost[a - 1]);
-    for (int64_t k = n - 1; k >= 1; --k) {
+    for (int64_t a = 1; a <= std::min(s, n - 1 - p.anchors[span].frame); ++a) touch(n - 1, 0, a, p.end_cost[a - 1]);
+    for (int64_t k = n - 1; k >= 1; --k, row = row ? row - 1 : s) {
         while (k <= p.anchors[span].frame) --span;
-        int64_t* here = met.data() + (k % (s + 1)) * s;
+        int64_t* here = met.data() + row * s;
         for (int64_t b = 1; b <= s; ++b) {
             if (!here[b - 1]) continue;
             const int64_t id = here[b - 1] - 1;
@@ -271,7 +274,7 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
             out.vertices[id].first_edge = static_cast<int64_t>(out.edges.size());
             uint16_t n_edges = 0;
             for (int64_t a = 1; a <= std::min(s, j - behind); ++a) {
-                const int64_t from = touch(j, a, f[(a - 1) * s] + ahead);
+                const int64_t from = touch(j, b, a, f[(a - 1) * s] + ahead);
                 if (from < 0) continue;
                 out.edges.push_back({from, f[(a - 1) * s]});
                 ++n_edges;
@@ -303,18 +306,7 @@ struct Pass {
     Path path;
 };
 
-// out[i] = min(out[i], in[i] + score), where it is less by the edge `number`.
-RETIME_INLINE void join_body(int64_t n, const double* in, double score, uint8_t number, double* out, uint8_t* won) {
-    for (int64_t i = 0; i < n; ++i) {
-        const double cost = in[i] + score;
-        const bool better = cost < out[i];
-        out[i] = better ? cost : out[i];
-        won[i] = better ? number : won[i];
-    }
-}
-RETIME_VERSIONS(void, join, (int64_t n, const double* in, double score, uint8_t number, double* out, uint8_t* won), (n, in, score, number, out, won))
-
-Pass carry_labels(const PathProblem& p, const std::vector<double>& price, Corridor& corridor, double ceiling, size_t max_bytes) {
+RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<double>& price, Corridor& corridor, double ceiling, size_t max_bytes) {
     const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
     const size_t count = p.anchors.size() - 1;
     Pass pass;
@@ -323,7 +315,7 @@ Pass carry_labels(const PathProblem& p, const std::vector<double>& price, Corrid
     for (size_t span = 0; span < count; ++span)
         paid[span + 1] = paid[span] + price[span] * static_cast<double>(p.anchors[span + 1].position - p.anchors[span].position);
 
-    // Costs of the labels at (frame, step), from the vertex's lowest position on.
+    // Costs of the labels at (frame, step), one a position.
     std::vector<std::vector<double>> costs(static_cast<size_t>((s + 1) * s));
     std::vector<uint8_t> trace;
     size_t span = 0;
@@ -339,8 +331,8 @@ Pass carry_labels(const PathProblem& p, const std::vector<double>& price, Corrid
             while (frame > p.anchors[span + 1].frame) ++span;
             ok = reachable(p, span, frame);
         }
-        std::vector<double>& cost = costs[(frame % (s + 1)) * s + vertex.step - 1];
-        vertex.low = 0, vertex.high = -1;
+        std::vector<double>& cost = costs[vertex.slot];
+        vertex.low = 0, vertex.high = -1, vertex.first = 0;
         if (frame == vertex.step) {
             // The first step.
             if (ok.low > 1 || ok.high < 1) continue;
@@ -349,51 +341,64 @@ Pass carry_labels(const PathProblem& p, const std::vector<double>& price, Corrid
         } else {
             const Corridor::Edge* edges = corridor.edges.data() + vertex.first_edge;
             int64_t low = std::numeric_limits<int64_t>::max(), high = -1;
+            int n_sources = 0, only = 0;
             for (int e = 0; e < vertex.n_edges; ++e) {
                 const Corridor::Vertex& from = corridor.vertices[edges[e].from];
                 if (from.high < from.low) continue;
                 low = std::min(low, from.low + 1), high = std::max(high, from.high + 1);
+                ++n_sources, only = e;
             }
             low = std::max(low, ok.low), high = std::min(high, ok.high);
             if (high < low) continue;
-            const size_t size = static_cast<size_t>(high - low + 1);
+            const int64_t size = high - low + 1;
             vertex.low = low, vertex.high = high;
-            vertex.trace = static_cast<int64_t>(trace.size());
-            if (trace.size() + size > max_bytes) {
-                pass.overflow = true;
-                return pass;
-            }
-            trace.resize(trace.size() + size);
-            cost.assign(size, kInf);
-            for (int e = 0; e < vertex.n_edges; ++e) {
-                const Corridor::Vertex& from = corridor.vertices[edges[e].from];
-                const int64_t first = std::max(low, from.low + 1), last = std::min(high, from.high + 1);
-                if (last < first) continue;
-                const double* in = costs[(from.frame % (s + 1)) * s + from.step - 1].data() + first - 1 - from.low;
-                RETIME_CALL(join, last - first + 1, in, edges[e].score, static_cast<uint8_t>(e), cost.data() + first - low,
-                            trace.data() + vertex.trace + first - low);
+            cost.resize(static_cast<size_t>(size));
+            double* const out = cost.data();
+            if (n_sources == 1) {
+                const Corridor::Vertex& from = corridor.vertices[edges[only].from];
+                const double* in = costs[from.slot].data() + from.first + low - 1 - from.low;
+                const double score = edges[only].score;
+                for (int64_t i = 0; i < size; ++i) out[i] = in[i] + score;
+                vertex.trace = -1 - only;
+            } else {
+                vertex.trace = static_cast<int64_t>(trace.size());
+                if (trace.size() + static_cast<size_t>(size) > max_bytes) {
+                    pass.overflow = true;
+                    return pass;
+                }
+                trace.resize(trace.size() + static_cast<size_t>(size));
+                std::fill(out, out + size, kInf);
+                for (int e = 0; e < vertex.n_edges; ++e) {
+                    const Corridor::Vertex& from = corridor.vertices[edges[e].from];
+                    const int64_t first = std::max(low, from.low + 1), last = std::min(high, from.high + 1);
+                    if (last < first) continue;
+                    const double* in = costs[from.slot].data() + from.first + first - 1 - from.low;
+                    const double score = edges[e].score;
+                    double* const joined = out + first - low;
+                    uint8_t* const won = trace.data() + vertex.trace + first - low;
+                    for (int64_t i = 0; i <= last - first; ++i) {
+                        const double total = in[i] + score;
+                        if (total < joined[i]) joined[i] = total, won[i] = static_cast<uint8_t>(e);
+                    }
+                }
             }
         }
         const auto dropped = [&](int64_t q) {
-            const double value = cost[q - vertex.low];
+            const double value = cost[q - vertex.low + vertex.first];
             const double all = value + (paid[span] + price[span] * static_cast<double>(q - p.anchors[span].position)) + vertex.go;
             if (all <= ceiling) return false;
             pass.complete = pass.complete && !(value < kInf);
             return true;
         };
         while (vertex.high >= vertex.low && dropped(vertex.high)) --vertex.high;
-        int64_t low = vertex.low;
-        while (low <= vertex.high && dropped(low)) ++low;
-        if (low > vertex.low) {
-            cost.erase(cost.begin(), cost.begin() + (low - vertex.low));
-            vertex.trace += low - vertex.low;
-            vertex.low = low;
-        }
+        const int64_t lowest = vertex.low;
+        while (vertex.low <= vertex.high && dropped(vertex.low)) ++vertex.low, ++vertex.first;
+        if (vertex.trace >= 0) vertex.trace += vertex.low - lowest;
         pass.labels += vertex.high - vertex.low + 1;
         if (frame < n - 1) continue;
         // The cheapest label, then the shorter path, then the smaller last step.
         for (int64_t q = vertex.low; q <= vertex.high; ++q) {
-            const double whole = cost[q - vertex.low] + p.end_cost[vertex.step - 1];
+            const double whole = cost[q - vertex.low + vertex.first] + p.end_cost[vertex.step - 1];
             const bool tied = whole == total && end >= 0;
             if (whole < total || (tied && (q < position || (q == position && vertex.step < corridor.vertices[end].step))))
                 total = whole, end = id, position = q;
@@ -406,10 +411,16 @@ Pass carry_labels(const PathProblem& p, const std::vector<double>& price, Corrid
     for (int64_t q = position; q >= 1; --q) {
         const Corridor::Vertex& vertex = corridor.vertices[end];
         pass.path.frames[q] = vertex.frame;
-        if (q > 1) end = corridor.edges[vertex.first_edge + trace[vertex.trace + q - vertex.low]].from;
+        if (q == 1) break;
+        const int64_t edge = vertex.trace < 0 ? -1 - vertex.trace : trace[vertex.trace + q - vertex.low];
+        end = corridor.edges[vertex.first_edge + edge].from;
     }
     return pass;
 }
+
+RETIME_VERSIONS(Pass, carry_labels,
+                (const PathProblem& p, const std::vector<double>& price, Corridor& corridor, double ceiling, size_t max_bytes),
+                (p, price, corridor, ceiling, max_bytes))
 
 // The sum of the sizes of all terms in a sweep's best path: rounding is a share of it.
 double sum_of_sizes(const PathProblem& p, const std::vector<double>& price, const Sweep& sweep) {
@@ -484,14 +495,14 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
     // Rounding in sums of so many terms; also keeps every path that ties with the best.
     const double size = sum_of_sizes(p, best_price, best) + std::abs(owed);
     const double slack = 1e-15 * static_cast<double>(p.n_input + 64) * size + 1e-290;
-    // What the count costs beyond the bound is a matter of a few frames, however long the path: a share of one frame's score.
-    double gap = 0.005 * std::abs(bound) / n_frames + 4 * slack;
+    // What the count costs beyond the bound is a share of one frame's score, and smaller the more frames there are to choose from.
+    double gap = std::clamp(50.0 / n_frames, 0.004, 0.03) * std::abs(bound) / n_frames + 4 * slack;
     Corridor corridor;
     for (;; gap *= 6) {
         ++result.passes;
         find_corridor(p, best_price, best, best.priced + gap, max_bytes, corridor);
         Pass pass;
-        if (!corridor.overflow) pass = carry_labels(p, best_price, corridor, best.priced + gap, max_bytes - std::min(max_bytes, corridor.bytes()));
+        if (!corridor.overflow) pass = RETIME_CALL(carry_labels, p, best_price, corridor, best.priced + gap, max_bytes - std::min(max_bytes, corridor.bytes()));
         result.labels = pass.labels;
         result.gave_up = corridor.overflow || pass.overflow;
         if (result.gave_up) return result;
