@@ -260,6 +260,9 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
     for (int64_t a = 1; a <= std::min(s, n - 1 - p.anchors[span].frame); ++a) touch(n - 1, 0, a, p.end_cost[a - 1]);
     for (int64_t k = n - 1; k >= 1; --k, row = row ? row - 1 : s) {
         while (k <= p.anchors[span].frame) --span;
+        const double* soon = p.scores + std::max<int64_t>(k - kAhead, 0) * s * s;
+        if (s <= 16)
+            for (int64_t line = 0; line < s * s; line += kLine) prefetch(soon + line);
         int64_t* here = met.data() + row * s;
         for (int64_t b = 1; b <= s; ++b) {
             if (!here[b - 1]) continue;
