@@ -142,13 +142,12 @@ class Growth:
         }  # fmt: skip
 
     def roofline(self) -> dict[str, Any]:
-        """Measure the machine's peaks, and the scores and search beside them, all on one thread."""
+        """Measure the machine's peaks, and the scores beside them, all on one thread."""
         worker, side = self.bench.worker(1), 256 if self.quick else 1536
         n = self.scale(1000)[0]
         far, near = (1 << 20, 1 << 16) if self.quick else (1 << 28, 1 << 18)
         inputs = self.take[:n]
         case = self.bench.case("roofline", inputs, inputs)
-        scores = self.bench.scores("roofline", case, SKIP)
         n_row, repeats = 2048, 2000
         copies = max(1, far // near // 4)
         found = self.turns({
@@ -158,14 +157,12 @@ class Growth:
             "subtract": worker.task("subtract", n_numbers=n_row, repeats=repeats),
             "retime": worker.task("retime", case=case, max_skip=SKIP),
             "products": worker.task("products", case=case),
-            "path": worker.task("retime_path", scores=scores, n_output=round(0.6 * n)),
         })  # fmt: skip
         least = {name: figures["min"] for name, figures in found.items()}
         least["retime"] = found["retime"]["stages_min"]["scores"]
         # A triple meets each inner reference frame with one subtraction and one comparison.
         pairs = sum(n - a - b for a in range(1, SKIP + 1) for b in range(1, SKIP + 1)) * (n - 2)
         loop = least["retime"] - least["products"]
-        sweep_bytes = 8 * n * SKIP * SKIP
         return {
             "n_input": n, "n_reference": n, "max_skip": SKIP, "n_numbers": inputs.shape[1],
             "peak_gflops": 2 * side**3 / least["gemm"] / 1e9,
@@ -178,10 +175,34 @@ class Growth:
             "pairs": pairs,
             "loop_gflops": 2 * pairs / loop / 1e9,
             "loop_gbytes": 8 * pairs / loop / 1e9,
-            "path_seconds": least["path"],
-            "path_sweeps": least["path"] / (sweep_bytes / (2 * far / least["memory"])),
-            "path_gbytes_one_sweep": sweep_bytes / least["path"] / 1e9,
         }  # fmt: skip
+
+    def path_roofline(self) -> list[dict[str, Any]]:
+        """Search within the cache and beyond it, beside reading as much memory, on one thread."""
+        scores, worker, found = self.bench.scores("growth", self.case, SKIP), self.bench.worker(1), []
+        sizes = self.scale(3000, 6000, 12_000, 24_000, 48_000)
+        for n in (sizes[0], sizes[-1]):
+            n_bytes = 8 * n * SKIP * SKIP
+            repeats = max(1, (1 << 20 if self.quick else 1 << 26) // n_bytes)
+            tasks = {
+                "path": worker.task("path_work", scores=scores, n_input=n, n_output=round(0.6 * n)),
+                "read": worker.task("read_through", n_bytes=n_bytes, repeats=repeats),
+            }
+            times = take_turns(tasks, rounds=3 * self.rounds, seconds=self.seconds)
+            facts, figures = tasks["path"].facts(), summary(times)
+            for task in tasks.values():
+                task.drop()
+            stages = figures["path"]["stages_min"]
+            # Each pair of steps takes an addition and a comparison.
+            numbers = facts["sweeps"] * n * SKIP * SKIP
+            found.append({
+                "n_input": n, "max_skip": SKIP, "n_bytes": n_bytes, **facts,
+                "seconds": figures["path"]["min"], "sweep_seconds": stages["sweeps"],
+                "sweep_gbytes": 8 * numbers / stages["sweeps"] / 1e9,
+                "sweep_gflops": 2 * numbers / stages["sweeps"] / 1e9,
+                "read_gbytes": n_bytes * repeats / figures["read"]["min"] / 1e9,
+            })  # fmt: skip
+        return found
 
 
 def main() -> None:
@@ -192,6 +213,7 @@ def main() -> None:
     with Bench() as bench:
         growth = Growth(bench, options.quick)
         results["roofline"] = growth.roofline()
+        results["path_roofline"] = growth.path_roofline()
         results["threads"] = growth.threads()
         results["path_in_n"] = growth.path_in_n()
         results["path_hard"] = growth.path_hard()

@@ -19,9 +19,9 @@ import peers
 from measure import Peak
 
 from retime import Motion, Session, apply_warp, guided_warp, read, write
-from retime.kernels import backend
+from retime.kernels import PathProblem, backend
 from retime.warp.features import difference_scales
-from retime.warp.path import shortest_path
+from retime.warp.path import MEMORY_LIMIT, shortest_path
 from retime.warp.score import build_model, triple_scores
 
 N_NEIGHBORS = 3
@@ -111,6 +111,43 @@ def retime_path(
         stages.lap("path")
         excess = (path.total - path.lower_bound) / path.total
         stages.facts = {"total": path.total, "optimal": path.optimal, "search": path.search, "excess": excess}
+
+    return run
+
+
+def path_work(scores: str, *, n_output: int, n_input: int) -> Run:
+    """Search by price in the first so many frames of given scores, and say what it was made of."""
+    array = _scores(scores, n_input)
+    n_input, max_skip = array.shape[:2]
+    free = np.zeros(max_skip)
+    problem = PathProblem(
+        array, np.array([0, n_output - 1]), np.array([0, n_input - 1]), n_output - 1, free, free
+    )  # fmt: skip
+    use = backend("compiled")
+
+    def run(stages: Stages) -> None:
+        found = use.priced_path(problem, MEMORY_LIMIT)
+        assert found is not None
+        stages.lap("rest")
+        # The kernel's own clock: sweeps over all scores, and what comes after.
+        stages.seconds["rest"] -= found.sweep_seconds
+        stages.seconds["sweeps"] = found.sweep_seconds
+        stages.facts = {
+            "sweeps": found.sweeps, "passes": found.passes, "labels": found.labels, "gave_up": found.gave_up,
+            "sweep_seconds": found.sweep_seconds,
+        }  # fmt: skip
+
+    return run
+
+
+def read_through(*, n_bytes: int, repeats: int) -> Run:
+    """Find the least of an array's numbers, again and again: NumPy's quickest way to read it."""
+    array = np.ones(n_bytes // 8)
+
+    def run(stages: Stages) -> None:
+        for _ in range(repeats):
+            array.min()
+        stages.lap("read")
 
     return run
 
@@ -306,8 +343,8 @@ def whole_pybvh(motion: str, output: str) -> Run:
 TASKS: dict[str, Callable[..., Run]] = {
     task.__name__: task
     for task in (
-        copy, gdtw, gemm, peer, peer_path, products, retime, retime_path, save_scores, session, subtract,
-        whole_pybvh, whole_retime,
+        copy, gdtw, gemm, path_work, peer, peer_path, products, read_through, retime, retime_path, save_scores, session,
+        subtract, whole_pybvh, whole_retime,
     )
 }  # fmt: skip
 

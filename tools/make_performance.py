@@ -114,8 +114,6 @@ All on one thread, in one run, least times; n = r = {n_input}, s = {max_skip}, {
 {loop_share} of the same |
 | the same, reading 8 bytes each | {loop_gbytes:.1f} GB/s | \
 {loop_bytes_share} of a copy within the cache, {cache_gbytes:.0f} GB/s |
-| search, as if it read the scores once | {path_gbytes_one_sweep:.2f} GB/s | \
-{path_share} of a copy in memory, {memory_gbytes:.1f} GB/s |
 
 A triple meets each reference frame with one subtraction and one comparison. The loop's time is that of the
 scores ({scores_ms:.1f} ms for {pairs:.3g} pairs) less that of the products ({products_ms:.1f} ms), so it also holds
@@ -123,10 +121,22 @@ what isn't the loop: rows prepared, limits guessed, survivors ranked again in do
 multiplication and an addition with one instruction, on operands that stay in registers. Here the two operations are
 two instructions, and each pair loads two numbers of its own from the cache: a quarter to a half of the `sgemm` peak is
 the most that such a loop can reach.
+"""
 
-The search took as long as a copy would need to read the scores {path_sweeps:.0f} times. It sweeps them once for each
-price it tries, each vertex waits for the ones before it, and the labels of the last pass are scattered: latency binds
-it, not width.
+_PATH_ROOFLINE = """
+### The search
+
+Least times on one thread. A sweep reads every score once, and makes an addition and a comparison of it. *Read* is the
+speed at which NumPy finds the least number of an array as large as the scores, in the same run.
+
+| | scores | sweeps | a sweep | reached | of reading | the rest of the search |
+|---|---|---|---|---|---|---|
+{rows}
+
+Within the cache, latency binds: each frame waits for the one before it, whose costs are stored, read, added and
+compared in turn. Beyond it the scores come from memory. A sweep asks for those of the frames ahead; what it takes longer
+than within the cache is the time that they need to come. So full sweeps are what to save: long spans guess their price
+from pieces that stay in the cache, and what follows the sweeps touches near-optimal vertices only.
 """
 
 
@@ -160,6 +170,7 @@ def page(results: Mapping[str, Any]) -> str:
         + _sizes(sizes)
         + _growth(growth)
         + _roofline(growth["roofline"])
+        + _path_roofline(growth.get("path_roofline", ()))
     )
 
 
@@ -234,10 +245,23 @@ def _roofline(found: Mapping[str, Any]) -> str:
         products_share=_share(found["products_gflops"] / found["peak_gflops"]),
         loop_share=_share(found["loop_gflops"] / found["peak_gflops"]),
         loop_bytes_share=_share(found["loop_gbytes"] / found["cache_gbytes"]),
-        path_share=_share(found["path_gbytes_one_sweep"] / found["memory_gbytes"]),
         scores_ms=found["scores_seconds"] * 1e3,
         products_ms=found["products_seconds"] * 1e3,
     )
+
+
+def _path_roofline(found: Sequence[Mapping[str, Any]]) -> str:
+    # Results of an earlier release may lack them.
+    if not found:
+        return ""
+    rows = [
+        f"| n = {row['n_input']:,} | {row['n_bytes'] / 1e6:.1f} MB | {row['sweeps']} | "
+        f"{_ms(row['sweep_seconds'] / row['sweeps'])} ms | {row['sweep_gbytes']:.1f} GB/s, "
+        f"{row['sweep_gflops']:.1f} GFLOP/s | {_share(row['sweep_gbytes'] / row['read_gbytes'])} of "
+        f"{row['read_gbytes']:.1f} GB/s | {_ms(row['seconds'] - row['sweep_seconds'])} ms, {row['labels']:,} labels |"
+        for row in found
+    ]
+    return _PATH_ROOFLINE.format(rows="\n".join(rows))
 
 
 def _ms(seconds: float) -> str:

@@ -100,7 +100,9 @@ class PricedPath:
     gave_up : bool
         More memory than allowed: the layered recurrence has to do it.
     labels, passes, sweeps : int
-        Labels of the last pass, passes with a widening gap, sweeps that looked for the price.
+        Labels of the last pass, passes with a widening gap, sweeps over all scores that looked for the price.
+    sweep_seconds : float
+        Spent in those sweeps.
     """
 
     path: tuple[IntArray, float] | None
@@ -109,6 +111,7 @@ class PricedPath:
     labels: int
     passes: int
     sweeps: int
+    sweep_seconds: float
 
 
 def compiled_available() -> bool:

@@ -86,7 +86,8 @@ NB_MODULE(_kernels, m) {
             nb::gil_scoped_release unlocked;
             result = retime::priced_path(problem, max_bytes);
         }
-        return nb::make_tuple(to_python(std::move(result.path)), result.lower_bound, result.gave_up, result.labels, result.passes, result.sweeps);
+        return nb::make_tuple(to_python(std::move(result.path)), result.lower_bound, result.gave_up, result.labels, result.passes, result.sweeps,
+                              result.sweep_seconds);
     });
 
     m.def("free_path", [](Doubles scores, Integers positions, Integers frames, Doubles start_cost, Doubles end_cost) {

@@ -21,6 +21,7 @@
 #include "extend.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -459,7 +460,9 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
     double bound = -kInf;
     int stalled = 0;
     for (int round = 0; round < 60; ++round) {
+        const auto begun = std::chrono::steady_clock::now();
         RETIME_CALL(sweep, p, price, now);
+        result.sweep_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
         ++result.sweeps;
         if (!(now.priced < kInf)) return result;
         double dual = now.priced, loss = 0.0;
