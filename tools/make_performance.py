@@ -134,9 +134,9 @@ speed at which NumPy finds the least number of an array as large as the scores, 
 {rows}
 
 Within the cache, latency binds: each frame waits for the one before it, whose costs are stored, read, added and
-compared in turn. Beyond it the scores come from memory. A sweep asks for those of the frames ahead; what it takes longer
-than within the cache is the time that they need to come. So full sweeps are what to save: long spans guess their price
-from pieces that stay in the cache, and what follows the sweeps touches near-optimal vertices only.
+compared in turn. Beyond it the scores come from memory. A sweep asks for those of the frames ahead; what it takes
+longer than within the cache is the time that they need to come. So full sweeps are what to save: long spans guess
+their price from pieces that stay in the cache, and what follows the sweeps touches near-optimal vertices only.
 """
 
 
