@@ -103,11 +103,12 @@ class Bracket {
     bool expects() const { return stride_ > 0; }
 
     void add(int64_t steps, double spent, int64_t least, int64_t most) {
-        exact_ = steps >= least && steps <= most;
-        target_ = steps > most ? most : steps < least ? least : steps;
-        here_ = spent + price * static_cast<double>(steps - (price > 0 ? most : least));
+        // Of the allowed counts, the one that this price likes best bounds all of them; no price likes all of them alike.
+        target_ = price > 0 ? most : price < 0 ? least : std::clamp(steps, least, most);
+        exact_ = steps == target_;
+        here_ = spent + price * static_cast<double>(steps - target_);
         if (exact_) return;
-        const bool too_many = steps > most;
+        const bool too_many = steps > target_;
         Side& side = too_many ? many_ : few_;
         if (turned_ && price != last_price_) {
             const double slope = static_cast<double>(last_steps_ - steps) / (price - last_price_);
@@ -438,7 +439,6 @@ double sum_of_sizes(const PathProblem& p, const std::vector<double>& price, cons
 
 PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
     const size_t count = p.anchors.size() - 1;
-    const bool ranged = p.last_position_max > p.anchors.back().position;
     PricedPath result;
 
     // What each span must have, at least and at most; they differ in the last one only, where the length is a range.
@@ -484,7 +484,7 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
             bound = dual, best_price = price;
             std::swap(now, best);
         }
-        if (exact && (!ranged || price.back() == 0.0)) break;
+        if (exact) break;
         const double enough = 2e-3 * std::abs(bound) / n_frames;
         if (loss <= enough || (count == 1 && brackets[0].ceiling() - bound <= enough) || stalled >= 6) break;
         bool moved = false;
