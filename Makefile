@@ -13,16 +13,28 @@ LOCKED := $(VENV)/.locked
 BENCH := $(VENV)/.bench
 INSTALLED := $(VENV)/.installed
 VENV_WORKS := $(shell $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo yes)
+# The editor's page: a bundle that npm builds. Without npm there is all but that.
+PAGE := src/retime/server/page/index.html
+MODULES := web/node_modules/.made
+SCRIPTS := $(shell find web -path web/node_modules -prune -o -type f -print 2>/dev/null)
+NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install demo test check format lint types docs bench study lock clean FORCE
+.PHONY: help install page demo test check format lint types scripts docs bench study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
 help:  ## Say what there is to make
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-install: $(INSTALLED)  ## Set up .venv with retime in it, editable; build its kernels again where they changed
+install: $(INSTALLED)  ## Set up .venv with retime in it, editable, and the editor's page; build again what changed
+ifeq ($(NPM_WORKS),yes)
+	@$(MAKE) --no-print-directory $(PAGE) || echo "The editor's page could not be built; all else works (again: make page)"
+else
+	@echo "Found no npm: the editor has no page here; all else works"
+endif
+
+page: $(PAGE)  ## Build the page of retime edit with npm
 
 demo: $(INSTALLED)  ## Retime the sample clip into out/demo
 	$(VENV)/bin/retime demo --out out/demo --force
@@ -30,7 +42,7 @@ demo: $(INSTALLED)  ## Retime the sample clip into out/demo
 test: $(INSTALLED)  ## Run the tests, and the examples in docstrings and docs
 	$(PY) -m pytest
 
-check: format lint types test  ## Run everything that must pass before a change lands
+check: format lint types scripts test  ## Run everything that must pass before a change lands
 
 format: $(LOCKED)
 	$(PY) -m ruff format --check
@@ -40,6 +52,16 @@ lint: $(LOCKED)
 
 types: $(LOCKED)
 	$(PY) -m mypy
+
+# The page's own types and tests.
+ifeq ($(NPM_WORKS),yes)
+scripts: $(MODULES)
+	npm --prefix web run check
+	npm --prefix web test
+else
+scripts:
+	@echo "Found no npm: the page's scripts are not checked"
+endif
 
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py; do $(PY) $$script; done
@@ -60,11 +82,11 @@ UV_LOCK = $(PY) -m uv pip compile pyproject.toml --quiet $(UPGRADE) --universal 
 
 lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the newest releases)
 	$(PIP) install --quiet uv
-	$(UV_LOCK) --extra plot --group dev --output-file requirements/dev.txt
+	$(UV_LOCK) --extra plot --extra edit --extra notebook --group dev --output-file requirements/dev.txt
 	$(UV_LOCK) --group bench --constraints requirements/dev.txt --output-file requirements/bench.txt
 
 clean:  ## Remove all that was made, .venv too
-	rm -rf $(VENV) build dist out .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) build dist out .mypy_cache .ruff_cache .pytest_cache .hypothesis web/node_modules $(dir $(PAGE))
 
 # A checkout that was moved, or whose Python is gone, has a .venv that does not run: make it anew.
 ifeq ($(VENV_WORKS),yes)
@@ -96,4 +118,12 @@ $(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
 	else echo "Found no C++20 compiler with Python's headers"; $(INSTALL) && rm -rf build; fi
 	@$(PY) -c 'import importlib.util as u; \
 		print("Installed with the", "C++" if u.find_spec("retime.kernels._kernels") else "NumPy", "backend")'
+	@touch $@
+
+$(MODULES): web/package.json web/package-lock.json
+	npm --prefix web ci --no-audit --no-fund --loglevel=error
+	@touch $@
+
+$(PAGE): $(MODULES) $(SCRIPTS)
+	npm --prefix web run build
 	@touch $@
