@@ -95,6 +95,18 @@ def test_a_rest_in_which_nothing_comes_is_one() -> None:
     assert found == [True]
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_fault_of_the_works_is_told() -> None:
+    told: list[BaseException] = []
+    worker: LatestOnly[int] = LatestOnly(lambda job: 1 // job, name="test", died=told.append)
+    worker.submit(0)
+    worker._thread.join(30)
+    assert [type(error) for error in told] == [ZeroDivisionError]
+    # It can still be asked, and closed.
+    worker.submit(1)
+    worker.close()
+
+
 def test_what_was_not_begun_when_it_closes_is_not_done(work) -> None:
     work.worker.submit(1)
     assert work.started.acquire(timeout=30)

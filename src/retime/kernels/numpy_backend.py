@@ -108,6 +108,12 @@ def _nearest(
     return found, distances
 
 
+def nearest_features(features: FloatArray, reference: FloatArray, n_neighbors: int) -> tuple[IntArray, FloatArray]:
+    """Return rows and distances (n_features, n_neighbors) of the nearest reference features, ties to the earlier."""
+    parts = _candidates(features, reference, n_neighbors)
+    return _nearest((features, reference), feature_distances, parts, n_neighbors)
+
+
 def mean_in_order(distances: FloatArray) -> FloatArray:
     """Mean over the last axis, added from the first to the last as the compiled kernels add."""
     total = np.zeros(distances.shape[:-1])
@@ -157,8 +163,7 @@ def joint_scores(
                 break
             middle, *features = _triples(inputs, a, b, velocity, acceleration)
             queries = np.concatenate(features, axis=1)
-            parts = _candidates(queries, reference, n_neighbors)
-            out[middle, a - 1, b - 1] = _nearest((queries, reference), feature_distances, parts, n_neighbors)[1]
+            out[middle, a - 1, b - 1] = nearest_features(queries, reference, n_neighbors)[1]
     return out if each else mean_in_order(out)
 
 

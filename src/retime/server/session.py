@@ -33,8 +33,8 @@ from retime.server.pictures import clip_messages, curve_message, kept_message, w
 from retime.server.solver import LatestOnly
 from retime.warp.curve import Warp
 
-# Seconds in which nothing is asked for, before a curve is explained: explaining takes longer than solving.
-_REST = 0.12
+# Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
+_REST = 0.06
 _OPENS = tuple(suffix for known in FORMATS for suffix in known.suffixes)
 
 
@@ -117,15 +117,16 @@ class EditorSession:
         self._changes: list[_Change] = []
         self._changed = asyncio.Event()
         self._solver = DocumentSolver(lambda path: places.find(path, reading=True))
-        self._worker = LatestOnly(self._solve, name="retime-solver")
+        self._worker = LatestOnly(self._solve, name="retime-solver", died=self._solver_died)
         self._writer = asyncio.create_task(self._write_all())
+        self._writer.add_done_callback(self._writer_ended)
         self._ask()
 
     async def close(self) -> None:
         """Put on the disk what waits for it, and end the threads."""
         self._changed.set()
         self._changes.append(_Change(lambda: None, lambda: None, lambda error: None, last=True))
-        await self._writer
+        await asyncio.wait([self._writer])
         await asyncio.to_thread(self._worker.close)
         self._work.close()
 
@@ -459,6 +460,17 @@ class EditorSession:
         self._publish(job, {"curve": curve_message(job.revision, solution, 1000 * (time.perf_counter() - begin))})
         if self._worker.idle(_REST) and (why := why_message(job.revision, solution)) is not None:
             self._publish(job, {"why": why})
+
+    def _solver_died(self, error: BaseException) -> None:
+        words = f"a fault in retime ended the search ({error!r}): save, and start the editor again"
+        with contextlib.suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._tell, messages.Notice("error", words))
+
+    def _writer_ended(self, writer: asyncio.Task[None]) -> None:
+        error = None if writer.cancelled() else writer.exception()
+        if error is not None:
+            words = f"a fault in retime ended the autosave ({error!r}): what you do now is not safe"
+            self._tell(messages.Notice("error", words))
 
     @contextlib.contextmanager
     def _warnings_told(self, say: Callable[[messages.Notice], None]) -> Iterator[None]:

@@ -23,10 +23,15 @@ class LatestOnly(Generic[Job]):
         Called in the thread. It must not raise: what goes wrong is a result too.
     name : str
         Of the thread.
+    died : function of an exception, optional
+        Called in the thread when `work` or an errand raises after all; nothing is done from then on.
     """
 
-    def __init__(self, work: Callable[[Job], None], *, name: str) -> None:
+    def __init__(
+        self, work: Callable[[Job], None], *, name: str, died: Callable[[BaseException], None] | None = None
+    ) -> None:
         self._work = work
+        self._died = died
         self._latest: Job | None = None
         self._errands: deque[Callable[[], None]] = deque()
         self._changed = threading.Condition()
@@ -65,6 +70,15 @@ class LatestOnly(Generic[Job]):
         self._thread.join()
 
     def _run(self) -> None:
+        try:
+            self._work_on()
+        except BaseException as error:
+            # A fault of the program's: it is told, and shown in full where the thread ends.
+            if self._died is not None:
+                self._died(error)
+            raise
+
+    def _work_on(self) -> None:
         while True:
             with self._changed:
                 while self._open and self._latest is None and not self._errands:

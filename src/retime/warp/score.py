@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from retime.errors import OptionError
 from retime.kernels import Backend, FloatArray, IntArray, backend
-from retime.kernels.numpy_backend import feature_distances, mean_in_order, squared_distances
+from retime.kernels.numpy_backend import mean_in_order, nearest_features, squared_distances
 from retime.warp.features import difference_scales, timing_features
 
 SCORES = ("joint", "conditional")
@@ -237,25 +237,23 @@ def matched_frames(
     features = np.concatenate(
         [here, (after - before) * model.velocity, ((after - here) - (here - before)) * model.acceleration], axis=1
     )
-    rows = np.empty((len(features), n_neighbors), dtype=np.int64)
-    distances = np.empty((len(features), n_neighbors))
     groups = _groups(model)
-    near = (
-        _nearest_in_pose(input_poses[path[1:-1]], model, groups, n_neighbors, backend())
-        if score == "conditional"
-        else None
-    )
-    block = max(1, (4 << 20) // model.features.size)
-    for start in range(0, len(features), block):
-        part = slice(start, min(start + block, len(features)))
-        if near is None:
-            every = feature_distances(features[part, None], model.features) / model.weights
-            order = np.argsort(every, axis=1, kind="stable")[:, :n_neighbors]
-            rows[part], distances[part] = order, np.take_along_axis(every, order, axis=1)
-        else:
+    if score == "conditional":
+        near = _nearest_in_pose(input_poses[path[1:-1]], model, groups, n_neighbors, backend())
+        apart = np.empty(near.shape)
+        block = max(1, (4 << 20) // (2 * n_numbers * near.shape[1]))
+        for start in range(0, len(features), block):
+            part = slice(start, start + block)
             moves = model.features[near[part], n_numbers:]
-            some = np.sqrt(squared_distances(features[part, None, n_numbers:], moves))
-            order = np.argsort(some, axis=1, kind="stable")
-            rows[part] = np.take_along_axis(near[part], order, axis=1)
-            distances[part] = np.take_along_axis(some, order, axis=1)
+            apart[part] = np.sqrt(squared_distances(features[part, None, n_numbers:], moves))
+        found = [(near, apart)]
+    else:
+        found = []
+        for group in groups:
+            members = np.flatnonzero(group)
+            nearest, apart = nearest_features(features, model.features[members], min(n_neighbors, len(members)))
+            found.append((members[nearest], apart / model.weights[members[0]]))
+    rows, distances = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
+    order = np.lexsort((rows, distances), axis=1)[:, :n_neighbors]
+    rows, distances = np.take_along_axis(rows, order, axis=1), np.take_along_axis(distances, order, axis=1)
     return rows, distances
