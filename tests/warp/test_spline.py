@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from retime.errors import InfeasibleWarpError
-from retime.warp.curve import Keytime
+from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
+from retime.warp.curve import Keytime, Warp
 from retime.warp.spline import linear_warp, spline_warp
 
 
@@ -73,3 +73,109 @@ def test_keytimes_that_make_no_warp_are_refused(make: object) -> None:
         make([Keytime(0, 0)])  # type: ignore[operator]
     with pytest.raises(InfeasibleWarpError, match="output time 1 s"):
         make([Keytime(0, 0), Keytime(1, 0), Keytime(1, 2)])  # type: ignore[operator]
+
+
+# Tangents
+
+
+def with_tangents(keys: list[Keytime], rng: np.random.Generator, most: float) -> list[Keytime]:
+    """Give some keytimes a speed, at most so many times the slower mean speed beside them."""
+    means = [abs((b.input_time - a.input_time) / (b.output_time - a.output_time)) for a, b in itertools.pairwise(keys)]
+    chosen = []
+    for i, key in enumerate(keys):
+        beside = [mean for mean in means[max(0, i - 1) : i + 1] if mean]
+        wanted = rng.random() < 0.7 and beside
+        chosen.append(
+            Keytime(key.output_time, key.input_time, rng.uniform(0.01, most) * min(beside) if wanted else None)
+        )
+    return chosen
+
+
+def slopes_beside(warp: Warp, output_time: float) -> list[float]:
+    """Speed of the piece before a knot and of the one after it; nan beyond the ends."""
+    knot = int(np.flatnonzero(warp.output_times == output_time)[0])
+    slopes = [np.nan, *warp.slopes.tolist(), np.nan]
+    return slopes[knot : knot + 2]
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_tangents_are_obeyed_and_the_spline_never_turns(seed: int, forward: bool) -> None:
+    rng = np.random.default_rng(seed)
+    keys = with_tangents(drawn_keys(seed, forward=forward), rng, 2.99)
+    warp = spline_warp(keys, rate=240.0)
+    fine = spline_warp(keys, rate=20_000.0)
+    for key in keys:
+        assert float(warp(key.output_time)) == key.input_time
+    for i, (before, after) in enumerate(itertools.pairwise(keys)):
+        direction = np.sign(after.input_time - before.input_time)
+        inside = (warp.output_times >= before.output_time) & (warp.output_times <= after.output_time)
+        assert (np.diff(warp.input_times[inside]) * direction >= 0).all()
+        for key, side in ((before, 1), (after, 0)):
+            if key.speed is None or direction == 0:
+                continue
+            # The piece nearest to the key is short: what it plays at differs from the tangent by its length.
+            mean = abs((after.input_time - before.input_time) / (after.output_time - before.output_time))
+            share = 1 / 20_000 / (after.output_time - before.output_time)
+            slope = slopes_beside(fine, key.output_time)[side]
+            assert slope == pytest.approx(direction * key.speed, abs=20 * mean * share + 1e-6), (i, side)
+
+
+def test_a_cubic_with_these_slopes_is_what_comes_out() -> None:
+    from scipy.interpolate import CubicHermiteSpline
+
+    keys = [Keytime(0, 0, 0.5), Keytime(1, 1.5, 2.0), Keytime(3, 4.0, 1.0), Keytime(4, 5.0, 2.5)]
+    warp = spline_warp(keys, rate=100)
+    cubic = CubicHermiteSpline([0, 1, 3, 4], [0, 1.5, 4, 5], [0.5, 2.0, 1.0, 2.5])
+    np.testing.assert_allclose(warp.input_times, cubic(warp.output_times), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("keys", "obeyed"),
+    [
+        ([Keytime(0, 0), Keytime(1, 1, 3.0), Keytime(2, 2)], 3.0),
+        ([Keytime(0, 0), Keytime(1, 2, 4.0), Keytime(2, 2.5)], 1.5),
+        ([Keytime(0, 0, 9.0), Keytime(1, 2)], 6.0),
+        ([Keytime(0, 3), Keytime(1, 2, 5.0), Keytime(2, 0)], -3.0),
+    ],
+    ids=["three_times_is_obeyed", "slower_side", "end", "backward"],
+)
+def test_a_tangent_beyond_three_times_the_mean_speed_is_limited_with_a_warning(
+    keys: list[Keytime], obeyed: float
+) -> None:
+    (key,) = (key for key in keys if key.speed is not None)
+    if abs(obeyed) == key.speed:
+        warp = spline_warp(keys, rate=1e5)
+    else:
+        said = (
+            rf"can't pass output time {key.output_time:g} s at speed {key.speed:g} .* passes at {abs(obeyed):g}, three"
+        )
+        with pytest.warns(RetimeWarning, match=said):
+            warp = spline_warp(keys, rate=1e5)
+    beside = [slope for slope in slopes_beside(warp, key.output_time) if not np.isnan(slope)]
+    assert beside == pytest.approx([obeyed] * len(beside), rel=1e-3)
+    assert (np.diff(warp.input_times) * np.sign(obeyed) >= 0).all()
+
+
+def test_three_times_is_where_a_cubic_begins_to_turn_back() -> None:
+    """The bound is not more careful than it must be: a cubic through the same key at 3.1 turns."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    times = np.linspace(0, 1, 10_001)
+    for slope, turns in ((3.0, False), (3.1, True)):
+        cubic = CubicHermiteSpline([0, 1], [0, 1], [slope, slope])
+        assert bool((np.diff(cubic(times)) < -1e-12).any()) == turns
+
+
+def test_a_tangent_at_a_turn_holds_in_each_direction_and_a_hold_stays_at_rest() -> None:
+    turn = spline_warp([Keytime(0, 0), Keytime(1, 1, 0.8), Keytime(2, 0)], rate=1e4)
+    assert slopes_beside(turn, 1.0) == pytest.approx([0.8, -0.8], rel=1e-2)
+    held = spline_warp([Keytime(0, 0), Keytime(1, 1, 0.8), Keytime(2, 1), Keytime(3, 2)], rate=1e4)
+    assert slopes_beside(held, 1.0) == pytest.approx([0.8, 0.0], rel=1e-2)
+    assert (held(np.linspace(1, 2, 50)) == 1.0).all()
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_tangent_that_is_no_speed_is_refused(speed: float) -> None:
+    with pytest.raises(OptionError, match="above 0"):
+        spline_warp([Keytime(0, 0), Keytime(1, 1, speed)])

@@ -436,7 +436,9 @@ def _mix_monotone(one: FloatArray, other: FloatArray, share: FloatArray) -> Floa
     sign = np.sign(one[-1] - one[0])
 
     def mixed(scale: float) -> FloatArray:
-        return np.asarray(one + (middle + scale * (share - middle)) * (other - one))
+        weight = middle + scale * (share - middle)
+        # Where one of them is all there is, it comes bit for bit.
+        return np.where(weight == 1.0, other, one + weight * (other - one))
 
     def turns(values: FloatArray) -> bool:
         return bool(np.any(np.diff(values) * sign < 0))

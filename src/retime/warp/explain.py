@@ -101,6 +101,7 @@ def explain_path(
         scores[1:-1] = distances.mean(axis=1)
     input_times = reduction.input_times[frames]
     speeds = np.diff(input_times) * reduction.rate
+    seam_cost = path.total - math.fsum(path.scores)
     return Explanation(
         reduction.keytimes[0].output_time + np.arange(n_output) / reduction.rate,
         input_times,
@@ -111,7 +112,8 @@ def explain_path(
         when,
         _binding(reduction, frames, allowed, locked),
         references,
-        path.total - math.fsum(path.scores),
+        # The total is summed in another order: what rounding leaves is no seam.
+        seam_cost if seam_cost > 1e-12 * path.total else 0.0,
     )
 
 
