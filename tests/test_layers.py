@@ -32,6 +32,8 @@ MAY_IMPORT = {
     "project": {"motion", "warp", "formats"},
     # `retime edit` starts the server; nothing of the server knows the command line.
     "cli": {"motion", "warp", "formats", "kernels", "media", "evaluate", "project", "data", "server"},
+    # python -m retime
+    "__main__": {"cli"},
     "server": {"motion", "warp", "formats", "media", "evaluate", "project"},
     "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
 }

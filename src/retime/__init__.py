@@ -10,6 +10,8 @@ Find a warp
     `linear_warp`, `spline_warp`
 Use a warp
     `Warp`, `apply_warp`
+Feet that stand
+    `contacts`, `Contacts` (when they do), `retimed_slip`, `SlipReport` (how far they slide, before and after)
 Look at it
     `plot_warps` (needs the extra ``plot``)
 When something is wrong
@@ -38,10 +40,11 @@ if TYPE_CHECKING:
     from retime.formats.options import Limits
     from retime.formats.registry import read, write
     from retime.formats.warp_file import read_warp, write_warp
+    from retime.motion.contacts import Contacts, contacts
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
     from retime.motion.skeleton import EndSite, Skeleton
-    from retime.warp.apply import apply_warp
+    from retime.warp.apply import SlipReport, apply_warp, retimed_slip
     from retime.warp.control import Lock
     from retime.warp.curve import Keytime, Warp
     from retime.warp.features import PoseOptions
@@ -70,11 +73,15 @@ _HOMES = {
     "write": "retime.formats.registry",
     "read_warp": "retime.formats.warp_file",
     "write_warp": "retime.formats.warp_file",
+    "Contacts": "retime.motion.contacts",
+    "contacts": "retime.motion.contacts",
     "Motion": "retime.motion.motion",
     "Signal": "retime.motion.signal",
     "EndSite": "retime.motion.skeleton",
     "Skeleton": "retime.motion.skeleton",
+    "SlipReport": "retime.warp.apply",
     "apply_warp": "retime.warp.apply",
+    "retimed_slip": "retime.warp.apply",
     "Keytime": "retime.warp.curve",
     "Warp": "retime.warp.curve",
     "GuidedWarp": "retime.warp.result",
@@ -90,6 +97,7 @@ _HOMES = {
 
 __version__ = "0.1.0"
 __all__ = [
+    "Contacts",
     "EndSite",
     "FormatError",
     "FormatWarning",
@@ -110,14 +118,17 @@ __all__ = [
     "Session",
     "Signal",
     "Skeleton",
+    "SlipReport",
     "Warp",
     "apply_warp",
+    "contacts",
     "guided_warp",
     "imitate",
     "linear_warp",
     "plot_warps",
     "read",
     "read_warp",
+    "retimed_slip",
     "sample",
     "spline_warp",
     "write",

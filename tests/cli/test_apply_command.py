@@ -84,6 +84,28 @@ def test_nothing_is_written_where_one_output_is_taken(run, clips, tmp_path, half
     assert (tmp_path / "jump_retimed.bvh").read_text() == "mine"
 
 
+def test_a_broken_clip_is_reported_and_the_others_are_done(run, clips, tmp_path, half) -> None:
+    (tmp_path / "cut.bvh").write_bytes(clips.bvh.read_bytes()[:300])
+    (tmp_path / "empty.csv").write_text("")
+    result = run("apply", half, "cut.bvh", clips.bvh, "missing.bvh", "empty.csv", clips.csv, "--out-dir", ".", code=1)
+    assert sorted(path.name for path in tmp_path.glob("*_retimed.*")) == ["camera_retimed.csv", "jump_retimed.bvh"]
+    assert len(result.stdout.splitlines()) == 2
+    errors = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
+    for line, said in zip(errors, ("cut.bvh:", "missing.bvh: No such file", "empty.csv", "3 of 5 clips"), strict=True):
+        assert said in line
+
+
+def test_failures_of_one_kind_end_with_its_code(run, clips, tmp_path, half) -> None:
+    write(curve("short"), tmp_path / "short.npz")
+    # Frames that no clip has are a wrong option, not a broken file.
+    assert (
+        "2 of 2" in run("apply", half, clips.csv, "short.npz", "--out-dir", ".", "--frames", "900:990", code=2).stderr
+    )
+    result = run("apply", half, clips.bvh, "short.npz", "--out-dir", ".", "--frames", "100:200", code=2)
+    assert "1 of 2 clips failed" in result.stderr
+    assert (tmp_path / "jump_retimed.bvh").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

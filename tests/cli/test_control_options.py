@@ -188,6 +188,26 @@ def test_several_references_have_weights_frames_and_a_map(run, clips, tmp_path) 
     assert json.loads(run("warp", clips.csv, *mapped, *frames).stdout)["n_reference"] == 40
 
 
+def test_each_reference_may_have_a_map_of_its_own(run, clips, tmp_path) -> None:
+    plain, other = curve("plain", first=0.1), replace(curve("other", first=0.3), names=("yaw", "pitch"))
+    third = replace(curve("third", first=0.5), names=("a", "b"))
+    for clip in (plain, other, third):
+        write(clip, tmp_path / f"{clip.name}.csv")
+    (tmp_path / "yaw.json").write_text('{"pan": "yaw", "tilt": "pitch"}')
+    (tmp_path / "ab.csv").write_text("pan,a\ntilt,b\n")
+    three = ("--reference", "plain.csv", "--reference", "other.csv", "--reference", "third.csv", "--length", "80%")
+    maps = ("--joint-map", "-", "--joint-map", "yaw.json", "--joint-map", "ab.csv")
+    mapped = json.loads(run("warp", clips.csv, *three, *maps, "--json").stdout)
+    # The same as with names that need no map.
+    for clip in (other, third):
+        write(replace(clip, names=plain.names), tmp_path / f"{clip.name}.csv", overwrite=True)
+    named = json.loads(run("warp", clips.csv, *three, "--json").stdout)
+    assert (mapped["path"], mapped["total"]) == (named["path"], named["total"])
+    error = run("warp", clips.csv, *three, *maps[:4], code=2).stderr
+    assert "--joint-map is given 2 times, for 3 references" in error
+    assert "- where names say it" in error
+
+
 def test_frames_of_the_clip_itself_can_be_the_reference(told) -> None:
     assert told("--length", "80%", "--reference-frames", "10:39")["n_reference"] == 30
 

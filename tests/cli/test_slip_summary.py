@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -23,3 +24,17 @@ def test_slip_is_reported_before_and_after(tmp_path: Path) -> None:
     assert before < 5
     assert after <= before + 1
     assert averaged >= after
+
+
+def test_json_has_what_the_summary_says(tmp_path: Path) -> None:
+    slips = {}
+    for name, options in {"averaged": (), "straight": ("--no-average",)}.items():
+        arguments = ["warp", str(SAMPLE), "--length", "50%", "-o", str(tmp_path / f"{name}.bvh"), "--json", *options]
+        slips[name] = json.loads(CliRunner().invoke(main, arguments).stdout)["slip"]
+    assert set(slips["averaged"]) == {"contacts", "input_mm", "output_mm", "averaged_mm"}
+    assert slips["averaged"]["contacts"] > 10
+    assert slips["averaged"]["output_mm"] <= slips["averaged"]["averaged_mm"]
+    # Feet are exempt from averaging, so that it makes no difference to them.
+    assert slips["straight"]["output_mm"] == slips["averaged"]["output_mm"]
+    nothing_written = CliRunner().invoke(main, ["warp", str(SAMPLE), "--length", "50%", "--json"])
+    assert json.loads(nothing_written.stdout)["slip"] is None

@@ -555,9 +555,14 @@ def test_decimal_comma(plain: Motion) -> None:
 
 
 def test_the_largest_numbers_are_no_motion(tmp_path: Path) -> None:
-    bones = bone("a", "0 1 0", length=1e308) + bone("b", "0 1 0", "0 0 45 XYZ", "tx ty")
-    with pytest.raises(FormatError, match="not finite"):
-        pose(tmp_path, asf_text(bones, "root a\na b"), "root 0 0 0 0 0 0\nb 1.5e308 1.5e308")
+    for length, shift, says in (
+        (1e308, "0", "1e.100 at most"),
+        (1.0, "1.5e308", "1e.100 at most"),
+        (1e100, "1e100", "larger"),
+    ):
+        bones = bone("a", "0 1 0", length=length) + bone("b", "0 1 0", "0 0 45 XYZ", "tx ty")
+        with pytest.raises(FormatError, match=says):
+            pose(tmp_path, asf_text(bones, "root a\na b"), f"root 0 0 0 0 0 0\nb {shift} {shift}")
 
 
 @pytest.mark.parametrize("seed", range(8))

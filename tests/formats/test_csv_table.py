@@ -172,7 +172,7 @@ def test_a_column_called_frame(tmp_path: Path) -> None:
         ("time_goes_back", 4, "row 3: 't' goes from 0.2 to 0.1; times must increase"),
         ("time_skips_a_step", 5, "row 4: 't' goes from 0.2 to 0.4, a step of 0.2 where the mean is 0.125"),
         ("time_of_one_row", None, "a single row's 't' gives no rate, so it must be given (--fps)"),
-        ("time_of_ages", 3, "row 2: 't' is 1e+300, too large for a time"),
+        ("time_of_ages", 3, "row 2: 't' is 1e+99, too large for a time"),
         (
             "no_time",
             None,
@@ -251,7 +251,7 @@ def test_damage_ends_in_a_signal_or_a_format_error(tmp_path: Path, seed: int) ->
 names = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\r\0"), min_size=1, max_size=8).filter(
     lambda name: name == name.strip() and name.lower() != "frame"
 )
-finite = st.floats(allow_nan=False, allow_infinity=False)
+finite = st.floats(-1e100, 1e100)
 formulas = st.builds(str.__add__, st.sampled_from(["=", "+", "-", "@", "'=", "''-", "' ="]), names)
 rates = st.one_of(
     st.sampled_from([Fraction(30), Fraction(24000, 1001), Fraction(120), Fraction(355, 113), Fraction(2997, 50)]),

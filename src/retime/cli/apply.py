@@ -7,10 +7,11 @@ from pathlib import Path
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, retimed
+from retime.cli.endings import EXIT_FILE, exit_code, problem
 from retime.cli.outputs import check_format, check_outputs
 from retime.cli.sections import Option, SectionedCommand
-from retime.cli.terminal import Stages, say
-from retime.errors import OptionError
+from retime.cli.terminal import Stages, report_error, say
+from retime.errors import OptionError, RetimeError
 
 _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-dir retimed"
 
@@ -64,7 +65,8 @@ def command(
     """Use a warp that retime warp saved on one clip or more.
 
     On the clip that it was found for, on its original at the full rate, on another character, on a camera. Where the
-    warp was found with --frames or --drop-first, give the same here.
+    warp was found with --frames or --drop-first, give the same here. A clip that can't be done is reported, and the
+    others are done; the exit code then tells.
     """
     places = _places(clips, output, out_dir, suffix)
     skeletons = [] if clip_options.skeleton is None else [clip_options.skeleton]
@@ -82,18 +84,31 @@ def command(
 
     stages = Stages(quiet=quiet)
     timing = read_warp(warp)
+    codes = []
     for clip, place in places.items():
-        with stages.stage("read", f"reading {clip.name}"):
-            motion = clip_options.read(clip)
-        with stages.stage("apply", f"resampling {clip.name}"):
-            result = retimed(motion, timing, average=average)
-        with stages.stage("write", f"writing {place.name}"):
-            write(result, place, overwrite=force)
+        try:
+            with stages.stage("read", f"reading {clip.name}"):
+                motion = clip_options.read(clip)
+            with stages.stage("apply", f"resampling {clip.name}"):
+                result = retimed(motion, timing, average=average)
+            with stages.stage("write", f"writing {place.name}"):
+                write(result, place, overwrite=force)
+        except (RetimeError, OSError) as error:
+            if len(places) == 1:
+                raise
+            # One broken file must not keep the others from being done.
+            words = problem(error)
+            report_error(words if str(clip) in words or str(place) in words else f"{clip}: {words}")
+            codes.append(exit_code(error))
+            continue
         if not quiet:
             say(
                 f"{place}: {length_text(result.n_frames, result.rate)}, from {clip}: "
                 f"{length_text(motion.n_frames, motion.rate)}"
             )
+    if codes:
+        report_error(f"{len(codes)} of {len(places)} clips failed; the others were written")
+        raise click.exceptions.Exit(codes[0] if len(set(codes)) == 1 else EXIT_FILE)
 
 
 def _places(clips: tuple[Path, ...], output: Path | None, out_dir: Path | None, suffix: str) -> dict[Path, Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from retime.cli.sections import Option
-from retime.errors import OptionError
+from retime.errors import OptionError, RetimeWarning
 from retime.motion.rate import parse_rate
 from retime.motion.timecode import parse_frame_range
 
@@ -58,7 +59,7 @@ class ClipOptions:
         Rate in place of what the file declares.
     skeleton : Path, optional
         The ASF of an AMC.
-    repair, decimal_comma : bool
+    repair, decimal_comma, up : bool, bool, str
         As `retime.read` has them.
     """
 
@@ -68,12 +69,20 @@ class ClipOptions:
     skeleton: Path | None = None
     repair: bool = False
     decimal_comma: bool = False
+    up: str | None = None
 
     def read(self, path: Path) -> Motion | Signal:
         """Read a clip; raise FormatError, OSError or OptionError."""
         from retime.formats.registry import read
 
-        clip = read(path, rate=self.fps, skeleton=self.skeleton, repair=self.repair, decimal_comma=self.decimal_comma)
+        clip = read(
+            path,
+            rate=self.fps,
+            skeleton=self.skeleton,
+            repair=self.repair,
+            decimal_comma=self.decimal_comma,
+            up=self.up,
+        )
         if not clip.name:
             clip = replace(clip, name=path.stem)
         if self.drop_first >= clip.n_frames:
@@ -85,6 +94,20 @@ class ClipOptions:
         if self.frames is not None:
             clip = clip.frames(*parse_frame_range(self.frames, clip.n_frames, clip.first_frame))
         return clip
+
+
+def hint_at_up(clip: Motion | Signal, up: str | None) -> None:
+    """Warn where a figure seems to stand along Z and nobody said which axis is up."""
+    from retime.motion.kinematics import seems_z_up
+    from retime.motion.motion import Motion
+
+    if up is None and isinstance(clip, Motion) and seems_z_up(clip):
+        warnings.warn(
+            f"{clip.name}: the figure lies flat along Y and stands along Z. If Z is up in this file, say so (--up z), "
+            "or flights and standing feet are not found, and height does not count; if it lies down, say --up y",
+            RetimeWarning,
+            stacklevel=2,
+        )
 
 
 def retimed(clip: Motion | Signal, warp: Warp, *, average: bool) -> Motion | Signal:
@@ -141,6 +164,15 @@ _OPTIONS = (
     click.option(
         "--decimal-comma", cls=Option, section="Input", is_flag=True, help="Numbers are written with a comma (0,5)."
     ),
+    click.option(
+        "--up",
+        cls=Option,
+        section="Input",
+        metavar="AXIS",
+        type=click.Choice(["y", "z"], case_sensitive=False),
+        default_text="y",
+        help="Which axis of the file is vertical: y, or z. Written back as it was.",
+    ),
 )
 
 
@@ -156,9 +188,10 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
         skeleton: Path | None,
         repair: bool,
         decimal_comma: bool,
+        up: str | None,
         **rest: Any,
     ) -> None:
-        function(clip_options=ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma), **rest)
+        function(clip_options=ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma, up), **rest)
 
     for option in reversed(_OPTIONS):
         packed = option(packed)

@@ -260,6 +260,9 @@ _OPTIONS = (
     ),
 )
 
+# In the place of a joint map: names say it.
+NO_MAP = Path("-")
+
 # Where the reference may be another clip.
 _REFERENCE_OPTIONS = (
     click.option(
@@ -268,7 +271,9 @@ _REFERENCE_OPTIONS = (
         section="Reference",
         metavar="FILE",
         type=PATH,
-        help="Which joint of the reference is which of the clip's, where names don't say it (.json, .csv).",
+        multiple=True,
+        help="Which joint of the reference is which of the clip's, where names don't say it (.json, .csv): once for "
+        "all references, or once for each (- for none).",
     ),
     click.option(
         "--mirror",
@@ -297,7 +302,7 @@ class ControlOptions:
     kind: str | None = None
     joints: str | None = None
     weights: tuple[tuple[str, float], ...] = ()
-    joint_map: Path | None = None
+    joint_map: tuple[Path, ...] = ()
     mirror: bool = False
 
     def names_given(self) -> list[str]:

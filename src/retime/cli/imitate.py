@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed
+from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
 from retime.cli.control_options import (
     ControlOptions,
     Key,
@@ -93,6 +93,7 @@ def command(
         motion = clip_options.read(clip)
         others = [(clip_options.read(other), place) for other, place in outputs.also]
         stretch = parse_frame_range(example, motion.n_frames, motion.first_frame)
+    hint_at_up(motion, clip_options.up)
     with stages.stage("search", "searching"):
         options = search | control.arguments(motion.rate, search.get("features"))
         result = imitate(motion, stretch, timing, length=length or "free", keys=keys, **options)

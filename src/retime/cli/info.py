@@ -82,7 +82,7 @@ def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
     from retime.formats.registry import format_of
-    from retime.motion.kinematics import flights
+    from retime.motion.kinematics import flights, seems_z_up
     from retime.motion.motion import Motion
 
     document: dict[str, Any] = {
@@ -107,6 +107,8 @@ def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
         "parents": list(skeleton.parents),
         "end_sites": len(skeleton.end_sites),
         "metres_per_unit": clip.metres_per_unit,
+        "up": clip.up,
+        "seems_z_up": seems_z_up(clip),
         "flights": [[first + clip.first_frame, last + clip.first_frame] for first, last in flights(clip)],
     }
 
@@ -132,6 +134,7 @@ def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         *rows,
         ("unit", "not known (flights take a size from the skeleton)" if metres is None else f"{metres:.6g} m"),
+        ("up", clip["up"] + (", but the figure stands along z: try --up z" if clip["seems_z_up"] else "")),
         ("joints", f"{len(clip['joints'])}, and {clip['end_sites']} end sites: {', '.join(clip['joints'])}"),
         ("flights", f"{len(flights)}: frames {', '.join(flights)}" if flights else "none"),
     ]

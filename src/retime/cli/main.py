@@ -12,16 +12,19 @@ from typing import Any, NoReturn
 import click
 
 from retime.cli import terminal
-from retime.errors import InfeasibleWarpError, OptionError, RetimeError
+from retime.cli.endings import (
+    EXIT_FILE,
+    EXIT_INFEASIBLE,
+    EXIT_INTERRUPTED,
+    EXIT_OK,
+    EXIT_USAGE,
+    exit_code,
+    problem,
+)
+from retime.errors import RetimeError
 
 # In the order of their use. Each is `command` in the module of its name.
 COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "edit", "study")
-
-EXIT_OK = 0
-EXIT_FILE = 1
-EXIT_USAGE = 2
-EXIT_INFEASIBLE = 3
-EXIT_INTERRUPTED = 130
 
 _EPILOG = f"""\b
 Times    2.5 or 2.5s (seconds), 120f (frames), 1:02.500 (mm:ss.mmm)
@@ -70,14 +73,9 @@ class _Commands(click.Group):
             code = EXIT_USAGE
         except click.ClickException as error:
             terminal.report_error(error.format_message())
-        except RetimeError as error:
-            terminal.report_error(str(error))
-            if isinstance(error, InfeasibleWarpError):
-                code = EXIT_INFEASIBLE
-            elif isinstance(error, OptionError):
-                code = EXIT_USAGE
-        except OSError as error:
-            terminal.report_error(_os_problem(error))
+        except (RetimeError, OSError) as error:
+            terminal.report_error(problem(error))
+            code = exit_code(error)
         except MemoryError as error:
             terminal.report_error(
                 f"not enough memory ({error}): take fewer frames, or a lower rate, max_skip or upsample"
@@ -85,12 +83,6 @@ class _Commands(click.Group):
         finally:
             _leave_stdout()
         sys.exit(code)
-
-
-def _os_problem(error: OSError) -> str:
-    """Say what the system refused, and for which file."""
-    problem = error.strerror or str(error)
-    return f"{os.fspath(error.filename)!s}: {problem}" if error.filename else problem
 
 
 def _leave_stdout() -> None:

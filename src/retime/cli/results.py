@@ -209,6 +209,8 @@ def _draw(found: Found, place: Path, *, overwrite: bool) -> None:
 
 def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> dict[str, Any]:
     """Collect what --json prints; the search's numbers are null where there was none."""
+    from retime.cli.summary import slip_facts
+
     search = found.search
     seconds = dict(stages.seconds)
     if search is not None:
@@ -240,6 +242,7 @@ def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[
         "optimal": None if search is None else search.path.optimal,
         "excess": None if search is None else search.excess,
         "path": None if search is None else search.path.frames.tolist(),
+        "slip": None if outputs.output is None else slip_facts(found.clip, found.warp, average=outputs.average),
         "seconds": seconds,
         "output": text(outputs.output),
         "warp": text(outputs.save),
@@ -278,7 +281,7 @@ def _say_summary(found: Found, outputs: OutputOptions) -> None:
         rows.append(("flights", summary.flights_text(found.warp if search is None else search.steps, spans)))
     if search is not None and search.excess is not None:
         rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
-    if outputs.output is not None and (slip := summary.slip_text(clip, found.warp)):
+    if outputs.output is not None and (slip := summary.slip_text(clip, found.warp, average=outputs.average)):
         rows.append(("slip", slip))
     rows += [("wrote", str(place)) for place in outputs.places]
     say_table(rows)

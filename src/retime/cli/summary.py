@@ -119,16 +119,32 @@ def _range_text(speeds: FloatArray) -> str:
     return f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
 
 
-def slip_text(clip: Motion | Signal, warp: Warp) -> str:
-    """Say how far standing feet slide, before and after; nothing, where no foot stands."""
+def slip_facts(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> dict[str, float] | None:
+    """Measure how far standing feet slide, before and after, in millimetres a contact; None, where no foot stands.
+
+    The output is the clip averaged where it is fast, but for standing feet; or, as asked for, not averaged at all.
+    """
     from retime.warp.apply import retimed_slip
 
     if not isinstance(clip, Motion):
-        return ""
+        return None
     report = retimed_slip(clip, warp)
     if not report.input.contacts:
+        return None
+    return {
+        "contacts": len(report.input.contacts),
+        "input_mm": report.input.mean,
+        "output_mm": (report.contact_aware if average else report.unaveraged).mean,
+        "averaged_mm": report.plain.mean,
+    }
+
+
+def slip_text(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> str:
+    """Say how far standing feet slide, before and after; nothing, where no foot stands."""
+    slip = slip_facts(clip, warp, average=average)
+    if slip is None:
         return ""
     return (
-        f"standing feet slide {report.input.mean:.1f} mm a contact in the input, {report.contact_aware.mean:.1f} mm in "
-        f"the output ({report.plain.mean:.1f} mm if they were averaged too)"
+        f"standing feet slide {slip['input_mm']:.1f} mm a contact in the input, {slip['output_mm']:.1f} mm in the "
+        f"output ({slip['averaged_mm']:.1f} mm if they were averaged too)"
     )

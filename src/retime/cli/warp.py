@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed
-from retime.cli.control_options import ControlOptions, Key, control_options, key_option, length_option
+from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
+from retime.cli.control_options import NO_MAP, ControlOptions, Key, control_options, key_option, length_option
 from retime.cli.results import Found, OutputOptions, deliver, output_options
 from retime.cli.search_options import search_options
 from retime.cli.sections import Option, SectionedCommand
@@ -73,7 +73,7 @@ class _Request:
         for option, given in (
             ("--reference-fps", self.reference_fps is not None),
             ("--reference-weight", bool(self.reference_weight)),
-            ("--joint-map", self.control.joint_map is not None),
+            ("--joint-map", bool(self.control.joint_map)),
         ):
             if given and not self.reference:
                 raise OptionError(f"{option} needs --reference")
@@ -87,11 +87,19 @@ class _Request:
                 raise OptionError(
                     f"{option} is given {len(values)} times, for {expected} references: once for each, or not"
                 )
+        if len(self.control.joint_map) not in (0, 1, len(self.reference)):
+            raise OptionError(
+                f"--joint-map is given {len(self.control.joint_map)} times, for {len(self.reference)} references: once "
+                "for all of them, or once for each (- where names say it)"
+            )
         if self.group and not self.outputs.also:
             raise OptionError("--group finds one warp on several clips: name the others with --also CLIP=OUT")
         if self.group and self.reference:
             raise OptionError("--group moves like itself: it can't be combined with --reference")
-        self.outputs.check(self.clip, [self.clip_options.skeleton, self.control.joint_map, *self.reference])
+        self.outputs.check(self.clip, [self.clip_options.skeleton, *self._map_files(), *self.reference])
+
+    def _map_files(self) -> list[Path]:
+        return [path for path in self.control.joint_map if path != NO_MAP]
 
 
 _EXAMPLES = (
@@ -112,8 +120,8 @@ _EXAMPLES = (
     type=PATH,
     multiple=True,
     default_text="the clip itself",
-    help="Imitate the timing of this clip; repeat for more. Joints are matched by name; --skeleton, --repair and "
-    "--decimal-comma hold for it too.",
+    help="Imitate the timing of this clip; repeat for more. Joints are matched by name; --skeleton, --repair, "
+    "--decimal-comma and --up hold for it too.",
 )
 @click.option(
     "--reference-frames",
@@ -176,6 +184,7 @@ def command(**given: Any) -> None:
         clip = request.clip_options.read(request.clip)
         others = [(request.clip_options.read(other), place) for other, place in request.outputs.also]
         references = _read_references(request, clip)
+    hint_at_up(clip, request.clip_options.up)
     with stages.stage("search", "searching"):
         warp, search = _find(request, [clip, *(other for other, _ in others)], references)
     found = Found(request.clip, clip, others, request.method, replace(warp, name=clip.name), search)
@@ -189,15 +198,15 @@ def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference
     options, control = request.clip_options, request.control
     if not request.reference and not request.reference_frames and not control.mirror:
         return []
-    joint_map = {}
-    if control.joint_map is not None:
-        from retime.formats.joint_map import read_joint_map
+    from retime.formats.joint_map import read_joint_map
 
-        joint_map = read_joint_map(control.joint_map)
+    maps = [{} if path == NO_MAP else read_joint_map(path) for path in control.joint_map]
     found = []
     frames = request.reference_frames or (None,) * max(1, len(request.reference))
     weights = request.reference_weight or (1.0,) * len(frames)
-    for i, (span, weight) in enumerate(zip(frames, weights, strict=True)):
+    # One map is for all references.
+    joint_maps = maps if len(maps) > 1 else (maps or [{}]) * len(frames)
+    for i, (span, weight, joint_map) in enumerate(zip(frames, weights, joint_maps, strict=True)):
         if request.reference:
             motion = ClipOptions(
                 frames=span,
@@ -205,6 +214,7 @@ def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference
                 skeleton=options.skeleton,
                 repair=options.repair,
                 decimal_comma=options.decimal_comma,
+                up=options.up,
             ).read(request.reference[i])
         else:
             start, stop = parse_frame_range(span or ":", clip.n_frames, clip.first_frame)

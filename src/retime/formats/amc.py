@@ -26,6 +26,7 @@ from retime.formats.number_text import NumberTextError, parse_count, parse_numbe
 from retime.formats.options import Limits, ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion import rotation
+from retime.motion.euler import angle_between, fit_angles
 from retime.motion.motion import Declaration, Motion
 from retime.motion.rate import parse_rate
 from retime.motion.rotation import FloatArray
@@ -50,6 +51,8 @@ _CHANNEL_NAMES = {
 _UNBOUNDED = Limits(joints=1 << 40, depth=1 << 40, line_bytes=1 << 40, name_bytes=1 << 40)
 # Of the longest offset: what a program that works in 32-bit numbers leaves of a translation that doesn't move.
 _STILL = 1e-5
+# Radians. Near gimbal lock angles can wind up turn after turn, and would lose their decimals.
+_MOST_WOUND = 8 * np.pi
 
 
 @dataclass(frozen=True)
@@ -665,20 +668,11 @@ def _angles(motion: Motion, output: _Output, joint: int, source: int) -> tuple[F
         rotation.multiply(rotation.conjugate(asf.before[joint]), q), rotation.conjugate(asf.after[joint])
     )
     near = _declared(motion, output, source, turns)
-    order = turn_order(turns)
-    if len(turns) == 3:
-        # Intrinsic angles in the order of multiplication are the file's, backwards.
-        if near is None:
-            angles = _continuous(rotation.to_euler(order, m))[:, ::-1]
-        else:
-            angles = rotation.to_euler(order, m, near=near[:, ::-1])[:, ::-1]
-    else:
-        angles = _nearest(m, turns, np.zeros((len(m), len(turns))) if near is None else near)
-    if near is not None:
-        # Where the file's own angles still give this rotation, they stand: at gimbal lock any others would do too.
-        same = _apart(q, _compose(asf, joint, near)) < 1e-10
-        angles = np.where(same[:, None], near, angles)
-    return angles, np.rad2deg(_apart(q, _compose(asf, joint, angles)))
+    # Intrinsic angles in the order of multiplication are the file's, backwards.
+    angles = fit_angles(turn_order(turns), m, near=None if near is None else near[:, ::-1])[:, ::-1]
+    if near is None and np.abs(angles).max(initial=0.0) > _MOST_WOUND:
+        angles = angles - 2.0 * np.pi * np.round(angles / (2.0 * np.pi))
+    return angles, np.rad2deg(angle_between(q, _compose(asf, joint, angles)))
 
 
 def _declared(motion: Motion, output: _Output, source: int, turns: list[str]) -> FloatArray | None:
@@ -694,59 +688,6 @@ def _declared(motion: Motion, output: _Output, source: int, turns: list[str]) ->
         if "".join(letters) == turn_order(turns):
             return angles[:, source, ::-1]
     return None
-
-
-def _apart(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Angles between rotations, radians."""
-    difference = rotation.multiply(rotation.conjugate(a), b)
-    sine = np.sqrt(np.sum(difference[..., 1:] ** 2, axis=-1))
-    apart: FloatArray = 2.0 * np.arctan2(sine, np.abs(difference[..., 0]))
-    return apart
-
-
-def _nearest(m: FloatArray, turns: list[str], near: FloatArray) -> FloatArray:
-    """Find the angles about one axis or two, or none, whose rotation comes nearest to `m` (n_frames, 4).
-
-    Turns by p and then by q give the quaternion of parts cos q/2 cos p/2, cos q/2 sin p/2 (about the first axis),
-    sin q/2 cos p/2 (about the second) and sin q/2 sin p/2 (about their cross product). Its product with m is largest
-    where the two rotations are closest; as a function of (q + p)/2 and (q - p)/2 it is a sum of two cosines, one of
-    each, so both can be read off. For a rotation that two such turns can make there is one answer, up to whole turns.
-    """
-    if not turns:
-        return near
-    axes = [_axis(turn) for turn in turns]
-    a = m[:, 1 + axes[0]]
-    if len(turns) == 1:
-        angles = 2.0 * np.arctan2(a, m[:, 0])[:, None]
-    else:
-        b = m[:, 1 + axes[1]]
-        third = 3 - axes[0] - axes[1]
-        sign = 1.0 if (axes[0] - axes[1]) % 3 == 1 else -1.0
-        c = sign * m[:, 1 + third]
-        total = np.arctan2(b + a, m[:, 0] - c)
-        difference = np.arctan2(b - a, m[:, 0] + c)
-        angles = np.stack([total - difference, total + difference], axis=-1)
-    return angles + 2.0 * np.pi * np.round((near - angles) / (2.0 * np.pi))
-
-
-def _continuous(angles: FloatArray) -> FloatArray:
-    """Choose among the triples that mean the same rotations so that they change little from frame to frame.
-
-    Each rotation has two triples, up to whole turns; one follows from the other by the same step each time, so
-    whether to change over between two frames does not depend on which was taken before.
-    """
-    other = np.stack([angles[:, 0] + np.pi, np.pi - angles[:, 1], angles[:, 2] + np.pi], axis=-1)
-    stay = _wrapped(angles[1:] - angles[:-1])
-    change = _wrapped(other[1:] - angles[:-1])
-    changes = np.sum(change**2, axis=-1) < np.sum(stay**2, axis=-1)
-    odd = np.concatenate([[0], np.cumsum(changes)]) % 2 == 1
-    continuous = np.unwrap(np.where(odd[:, None], other, angles), axis=0)
-    # Near gimbal lock angles can wind up turn after turn, and would lose their decimals.
-    return continuous if np.abs(continuous).max() < 8 * np.pi else _wrapped(continuous)
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return angles - 2.0 * np.pi * np.round(angles / (2.0 * np.pi))
 
 
 def _amc_parts(motion: Motion, output: _Output, values: list[FloatArray]) -> Iterator[bytes]:

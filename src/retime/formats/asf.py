@@ -27,6 +27,7 @@ from retime.formats.options import Limits
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion import rotation
 from retime.motion.rotation import FloatArray
+from retime.motion.size import within_size
 from retime.motion.skeleton import EndSite, Skeleton
 
 ROOT = "root"
@@ -361,7 +362,7 @@ class _Parser:
         if not bone.direction or bone.length is None:
             missing = "length" if bone.direction else "direction"
             raise self.error(line, f"bone {show(bone.name)} has no {missing}")
-        if not np.isfinite(bone.end()).all():
+        if not within_size(bone.end()).all():
             raise self.error(line, f"bone {show(bone.name)} is too long for a number")
         if bone.name.lower() == b"root":
             raise self.error(bone.line, "a bone is called root, which is the :root section's name")

@@ -16,6 +16,7 @@ import re
 import numpy as np
 
 from retime.motion.rotation import FloatArray
+from retime.motion.size import LARGEST, within_size
 
 _UNSIGNED = rb"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _NUMBER = re.compile(rb"[+-]?" + _UNSIGNED)
@@ -74,7 +75,7 @@ def parse_number(token: bytes, *, decimal_comma: bool = False) -> float:
     Raises
     ------
     NumberTextError
-        Not a finite decimal number.
+        Not a finite decimal number, or one beyond 1e100.
 
     Examples
     --------
@@ -87,6 +88,8 @@ def parse_number(token: bytes, *, decimal_comma: bool = False) -> float:
     value = float(plain)
     if not math.isfinite(value):
         raise NumberTextError(f"expected a finite number, found {show(token)}, which is too large for one")
+    if abs(value) > LARGEST:
+        raise NumberTextError(f"expected a number of {LARGEST:g} at most, found {show(token)}")
     return value
 
 
@@ -149,7 +152,7 @@ def parse_numbers(text: bytes, *, decimal_comma: bool = False) -> list[float]:
             values = list(map(float, plain.split()))
         except ValueError:
             values = [math.nan]
-        if all(map(math.isfinite, values)):
+        if min(values, default=0.0) >= -LARGEST and max(values, default=0.0) <= LARGEST:
             return values
     values = []
     for match in _TOKEN.finditer(text):
@@ -188,7 +191,7 @@ def parse_table(text: bytes, *, decimal_comma: bool = False) -> FloatArray | Non
         table = np.loadtxt(text.decode("ascii").splitlines(), dtype=np.float64, comments=None, ndmin=2)
     except ValueError:
         return None
-    return table if np.isfinite(table).all() else None
+    return table if within_size(table).all() else None
 
 
 def format_table(values: FloatArray) -> bytes:

@@ -7,16 +7,16 @@ Modules are imported when a file of theirs is met.
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from os import PathLike
 from pathlib import Path
 from typing import Protocol, cast
 
-from retime.errors import FormatError
+from retime.errors import FormatError, OptionError
 from retime.formats.files import read_bytes
 from retime.formats.options import Limits, ReadOptions
-from retime.motion.motion import Motion
+from retime.motion.motion import UPS, Motion
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
 
@@ -82,6 +82,7 @@ def read(
     skeleton: str | PathLike[str] | None = None,
     repair: bool = False,
     decimal_comma: bool = False,
+    up: str | None = None,
     limits: Limits | None = None,
 ) -> Motion | Signal:
     """Read a motion, or a signal, from a file.
@@ -98,6 +99,9 @@ def read(
         Keep what is whole of a damaged file, with a warning.
     decimal_comma : bool
         Numbers are written with a comma.
+    up : {"y", "z"}, optional
+        Which axis of a motion's coordinates is vertical, where it isn't Y. No format here declares it; it is written
+        as it was read. A signal has none.
     limits : Limits, optional
         Sizes not to go past.
 
@@ -112,12 +116,16 @@ def read(
         The file is not what it claims to be.
     OSError
         The file can't be opened.
+    OptionError
+        No such axis.
 
     Warns
     -----
     FormatWarning
         Something was assumed or repaired.
     """
+    if up not in (None, *UPS):
+        raise OptionError(f"up must be one of {', '.join(UPS)}; found {up!r}")
     path = Path(path)
     options = ReadOptions(
         rate=None if rate is None else parse_rate(rate),
@@ -128,9 +136,10 @@ def read(
     )
     known = format_of(path)
     try:
-        return _module(known).read(path, read_bytes(path, options.limits), options)
+        clip = _module(known).read(path, read_bytes(path, options.limits), options)
     except MemoryError:
         raise FormatError("this machine has too little memory for what the file holds", path=path) from None
+    return replace(clip, up=up) if up is not None and isinstance(clip, Motion) else clip
 
 
 def write(motion: Motion | Signal, path: str | PathLike[str], *, overwrite: bool = False) -> None:

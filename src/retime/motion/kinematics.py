@@ -31,7 +31,7 @@ class GlobalPoses:
 
 
 def global_poses(motion: Motion) -> GlobalPoses:
-    """Forward kinematics of every frame.
+    """Forward kinematics of every frame; Y is up in global space, whatever it is in the motion's own coordinates.
 
     Returns
     -------
@@ -54,6 +54,10 @@ def global_poses(motion: Motion) -> GlobalPoses:
     q = np.empty_like(local_q)
     p = np.empty_like(local_p)
     q[0], p[0] = local_q[0], local_p[0]
+    if motion.up == "z":
+        _multiply_rows(_Z_TO_Y, local_q[0], q[0])
+        p[0] = local_p[0][[0, 2, 1]]
+        p[0, 2] *= -1.0
     for joint in range(1, skeleton.n_joints):
         parent = skeleton.parents[joint]
         _multiply_rows(q[parent], local_q[joint], q[joint])
@@ -67,6 +71,10 @@ def global_poses(motion: Motion) -> GlobalPoses:
         np.ascontiguousarray(q.transpose(2, 0, 1)),
         np.ascontiguousarray(ends.transpose(2, 0, 1)),
     )
+
+
+# A quarter turn about X, which brings Z to where Y is.
+_Z_TO_Y = rotation.from_euler("X", np.array([-np.pi / 2]))
 
 
 def _multiply_rows(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
@@ -135,10 +143,22 @@ def rises_along_y(motion: Motion) -> bool:
     >>> rises_along_y(retime.sample())
     True
     """
+    return _rises_along(motion, 1)
+
+
+def seems_z_up(motion: Motion) -> bool:
+    """Tell whether the figure stands along Z and is flat along Y, so that its file may have Z up and not say so.
+
+    A figure that lies along Z all the time looks the same: this is for a hint, not for a decision.
+    """
+    return motion.up == "y" and not _rises_along(motion, 1) and _rises_along(motion, 2)
+
+
+def _rises_along(motion: Motion, axis: int) -> bool:
     every = max(1, motion.n_frames // 64)
-    some = Motion(motion.skeleton, motion.rotations[::every], motion.local_translations[::every])
+    some = Motion(motion.skeleton, motion.rotations[::every], motion.local_translations[::every], up=motion.up)
     extents = np.ptp(global_poses(some).positions, axis=1)
-    return bool(np.median(extents[:, 1] - _LEAST_RISE * extents.max(axis=1)) >= 0)
+    return bool(np.median(extents[:, axis] - _LEAST_RISE * extents.max(axis=1)) >= 0)
 
 
 GRAVITY = 9.81

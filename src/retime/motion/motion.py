@@ -11,7 +11,11 @@ from numpy.typing import ArrayLike
 from retime.errors import InvalidMotionError, OptionError
 from retime.motion import rotation
 from retime.motion.rotation import FloatArray
+from retime.motion.size import LARGEST, size_problem, within_size
 from retime.motion.skeleton import Skeleton
+
+UPS = ("y", "z")
+"""Axes that may be vertical in a motion's own coordinates."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +101,14 @@ class Motion:
     declared_angles : float array, shape (n_frames, n_joints, 3), optional
         Euler angles as the file wrote them (radians, in each joint's declared order, unused places 0). They only choose
         among the many triples that mean one rotation when the motion is written again.
+    up : {"y", "z"}
+        Which axis of its own coordinates is vertical. Global space has Y up in any case (`retime.motion.kinematics`).
 
     Raises
     ------
     InvalidMotionError
-        No frame, shapes that disagree, or a number that is not finite (named by joint and frame).
+        No frame, shapes that disagree, or a number that is not finite or beyond 1e100 (named by joint and
+        frame).
     """
 
     skeleton: Skeleton
@@ -113,6 +120,7 @@ class Motion:
     metres_per_unit: float | None = None
     declaration: Declaration | None = None
     declared_angles: FloatArray | None = None
+    up: str = "y"
 
     def __post_init__(self) -> None:
         n_joints = self.skeleton.n_joints
@@ -129,10 +137,13 @@ class Motion:
             raise InvalidMotionError(
                 f"expected translations of shape ({len(rotations)}, {n_joints}, 3), found {translations.shape}"
             )
-        self._refuse_non_finite("rotation", rotations)
-        self._refuse_non_finite("translation", translations)
+        # Scaled to unit length below, they may have any.
+        self._refuse_unbounded("rotation", rotations, np.finfo(np.float64).max)
+        self._refuse_unbounded("translation", translations)
         if not (isinstance(self.rate, Fraction) and self.rate > 0):
             raise InvalidMotionError(f"expected an exact rate above 0 (a Fraction), found {self.rate!r}")
+        if self.up not in UPS:
+            raise InvalidMotionError(f"the vertical axis must be one of {', '.join(UPS)}; found {self.up!r}")
         squares = np.einsum("fjc,fjc->fj", rotations, rotations)
         if squares.min() < 1.0 - 2e-12 or squares.max() > 1.0 + 2e-12:
             zero = ~np.any(rotations, axis=-1)
@@ -149,21 +160,20 @@ class Motion:
                 raise InvalidMotionError(
                     f"expected declared angles of shape ({len(rotations)}, {n_joints}, 3), found {angles.shape}"
                 )
-            self._refuse_non_finite("declared angle", angles)
+            self._refuse_unbounded("declared angle", angles)
             frozen.append(("declared_angles", angles))
         for name, array in frozen:
             view = array.view()
             view.setflags(write=False)
             object.__setattr__(self, name, view)
 
-    def _refuse_non_finite(self, what: str, values: FloatArray) -> None:
+    def _refuse_unbounded(self, what: str, values: FloatArray, largest: float = LARGEST) -> None:
         # The least and the greatest number tell, without an array of answers; one that is NaN is both.
-        if np.isfinite(values.min()) and np.isfinite(values.max()):
+        if within_size([values.min(), values.max()], largest).all():
             return
-        frame, joint, _ = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
-        raise InvalidMotionError(
-            f"the {what} of joint {self.skeleton.names[joint]!r} at frame {frame} is not finite: {values[frame, joint]}"
-        )
+        frame, joint, _ = (int(i) for i in np.argwhere(~within_size(values, largest))[0])
+        problem = size_problem(values[frame, joint])
+        raise InvalidMotionError(f"the {what} of joint {self.skeleton.names[joint]!r} at frame {frame} {problem}")
 
     @property
     def n_frames(self) -> int:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from retime.errors import InvalidMotionError, OptionError
 from retime.motion.motion import frame_positions
 from retime.motion.rotation import FloatArray
+from retime.motion.size import size_problem, within_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,8 @@ class Signal:
     Raises
     ------
     InvalidMotionError
-        No frame, no channel, shapes that disagree, or a number that is not finite (named by channel and frame).
+        No frame, no channel, shapes that disagree, or a number that is not finite or beyond 1e100 (named by channel and
+        frame).
     """
 
     names: tuple[str, ...]
@@ -51,11 +53,10 @@ class Signal:
             raise InvalidMotionError(
                 f"expected values of shape (n_frames >= 1, {len(self.names)} named channels), found {values.shape}"
             )
-        if not np.isfinite(values).all():
-            frame, channel = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
-            raise InvalidMotionError(
-                f"channel {self.names[channel]!r} at frame {frame} is not finite: {values[frame, channel]}"
-            )
+        if not within_size([values.min(), values.max()]).all():
+            frame, channel = (int(i) for i in np.argwhere(~within_size(values))[0])
+            problem = size_problem(values[frame, channel])
+            raise InvalidMotionError(f"channel {self.names[channel]!r} at frame {frame} {problem}")
         if not (isinstance(self.rate, Fraction) and self.rate > 0):
             raise InvalidMotionError(f"expected an exact rate above 0 (a Fraction), found {self.rate!r}")
         view = values.view()

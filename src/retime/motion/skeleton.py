@@ -8,6 +8,7 @@ import numpy as np
 
 from retime.errors import InvalidMotionError
 from retime.motion.rotation import FloatArray
+from retime.motion.size import size_problem, within_size
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Skeleton:
     ------
     InvalidMotionError
         The lengths differ, a parent does not stand before its child, there is not exactly one root, or an offset is not
-        finite.
+        finite or beyond 1e100.
     """
 
     names: tuple[str, ...]
@@ -74,11 +75,12 @@ class Skeleton:
                 raise InvalidMotionError(
                     f"the end site of {self.names[site.parent]!r} has {len(site.offset)} coordinates, not 3"
                 )
-            if not np.all(np.isfinite(site.offset)):
-                raise InvalidMotionError(f"the end site of {self.names[site.parent]!r} is not finite")
-        if not np.all(np.isfinite(offsets)):
-            joint = int(np.argwhere(~np.isfinite(offsets))[0, 0])
-            raise InvalidMotionError(f"the offset of joint {self.names[joint]!r} is not finite")
+            if not within_size(site.offset).all():
+                problem = size_problem(site.offset)
+                raise InvalidMotionError(f"the offset of the end site of {self.names[site.parent]!r} {problem}")
+        if not within_size(offsets).all():
+            joint = int(np.argwhere(~within_size(offsets))[0, 0])
+            raise InvalidMotionError(f"the offset of joint {self.names[joint]!r} {size_problem(offsets[joint])}")
         offsets.setflags(write=False)
         object.__setattr__(self, "offsets", offsets)
 
