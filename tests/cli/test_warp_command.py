@@ -46,7 +46,8 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
     options = ("--length", "65%", "-o", "out.bvh", "--save", "warp.json", "--plot", "warp.png")
     document = found(run, clips.bvh, *options)
     path, seconds = document.pop("path"), document.pop("seconds")
-    assert document.pop("slip")["contacts"] > 0
+    # This figure has no feet that stand.
+    assert document.pop("slip") is None
     total, bound = document.pop("total"), document.pop("lower_bound")
     assert 0 < bound <= total < 1e6
     assert document == {
