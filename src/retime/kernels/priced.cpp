@@ -502,7 +502,8 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
     const double size = sum_of_sizes(p, best_price, best) + std::abs(owed);
     const double slack = 1e-15 * static_cast<double>(p.n_input + 64) * size + 1e-290;
     // What the count costs beyond the bound is a share of one frame's score, and smaller the more frames there are to choose from.
-    double gap = std::clamp(50.0 / n_frames, 0.004, 0.03) * std::abs(bound) / n_frames + 4 * slack;
+    // Each span adds its own.
+    double gap = static_cast<double>(2 * count - 1) * std::clamp(50.0 / n_frames, 0.004, 0.03) * std::abs(bound) / n_frames + 4 * slack;
     Corridor corridor;
     for (;; gap *= 6) {
         ++result.passes;
