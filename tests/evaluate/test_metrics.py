@@ -113,6 +113,12 @@ def test_half_of_a_flight_may_be_kept() -> None:
     assert (timing.n_kept, timing.n_frames, timing.n_flights_kept) == (6, 15, 0)
 
 
+@pytest.mark.parametrize(("held", "kept"), [(1.0, 14), (1.2, 14), (1.21, 14), (1.5, 15)])
+def test_a_flight_that_is_held_loses_the_frame_where_it_is_held(held: float, kept: int) -> None:
+    warp = Warp([0.0, held, held + 0.3, 2.8], [0.0, held, held, 2.5])
+    assert flight_timing(warp, ALOFT).n_kept == kept
+
+
 def test_a_flight_that_is_never_shown_is_not_kept() -> None:
     assert flight_timing(Warp([0.0, 0.5], [0.0, 0.5]), ALOFT).n_kept == 0
 

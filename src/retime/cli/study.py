@@ -64,11 +64,10 @@ def command(*, data: Path, only: str | None, quick: bool, out: Path) -> None:
 
     from retime.evaluate.study_report import write_study
 
+    results = run(Library(data), parts, quick=quick, say=lambda part: say(f"running: {part}"))
     stages = Stages()
-    with stages.stage("run", "running the study"):
-        results = run(Library(data), parts, quick=quick)
     with stages.stage("write", "writing"):
         written = write_study(results, out)
     for place in (written.page, written.numbers, *written.figures):
         say(f"wrote {place}")
-    say(f"It took {sum(stages.seconds.values()):.0f} s.")
+    say(f"It took {results.seconds + sum(stages.seconds.values()):.0f} s.")

@@ -43,10 +43,18 @@ _SPEED_WINDOW = 1 / 30
 _LOG_LIMITS = (1 / 20, 20.0)
 
 
-def flight_spans(motion: Motion) -> tuple[tuple[float, float], ...]:
-    """Input times of take-off and landing of every flight (see `retime.motion.kinematics.flights`), seconds."""
+def flight_spans(motion: Motion, *, clearance: float = 0.05) -> tuple[tuple[float, float], ...]:
+    """Input times between which a figure flies, seconds, for every flight (see `retime.motion.kinematics.flights`).
+
+    Parameters
+    ----------
+    motion : Motion
+        Y up.
+    clearance : float
+        Metres that everything is off the ground, at least.
+    """
     rate = float(motion.rate)
-    return tuple((first / rate, last / rate) for first, last in flights(motion))
+    return tuple((first / rate, last / rate) for first, last in flights(motion, clearance=clearance))
 
 
 def idle_spans(
@@ -194,7 +202,8 @@ def flight_timing(warp: Warp, spans: Spans, *, rate: float = ANALYSIS_RATE) -> F
         kept = 0
         for period in range(first, last):
             a, b = period / rate, (period + 1) / rate
-            touching = (high > a + 1e-7) & (low < b - 1e-7)
+            # A hold belongs to the period that begins where it stands.
+            touching = (high > a + 1e-7 * (high > low) - 1e-7 * (high == low)) & (low < b - 1e-7)
             kept += bool(touching.any() and not (touching & off).any())
         n_frames += max(0, last - first)
         n_kept += kept

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from retime.errors import InfeasibleWarpError
-from retime.evaluate.metrics import flight_spans, flight_timing, match_warps, path_warp
+from retime.evaluate.metrics import Spans, flight_spans, flight_timing, match_warps, path_warp
+from retime.evaluate.study_choices import AS_PRINTED
 from retime.evaluate.study_motions import ANSWERS, Answer, Library
 from retime.motion.joint_names import body_parts
 from retime.motion.motion import Motion
@@ -22,10 +23,16 @@ from retime.warp.features import PoseOptions
 from retime.warp.reference import Reference
 from retime.warp.session import Session
 
-JUMPS = ("05_18", "05_08", "86_01", "02_04", "01_01", "49_02", "49_04", "49_05", "sample")
+JUMPS = ("05_18", "05_08", "05_15", "05_16", "86_01", "02_04", "01_01", "49_02", "49_04", "49_05", "sample")
 """Clips with flights."""
 
+HIGH = 0.15
+"""Metres of clearance that make a flight a high one: no doubt about those."""
+
 LENGTHS = ("80%", "65%", "50%", "150%")
+
+CHOSEN = "the default"
+"""Group of the row that stands for what the package does by itself."""
 
 _ANALYSIS = ("n_neighbors", "time_scale", "low_pass", "features", "score", "rate")
 
@@ -59,16 +66,16 @@ class Preserved:
         Which.
     n_frames, n_kept : int
         In-flight frames of the input, and those at exactly unit speed; none kept where no warp is feasible.
-    slowest, fastest : float
-        Mean speed of the slowest and fastest flight; NaN where no warp is feasible.
+    n_high, n_high_kept : int
+        The same of high flights alone.
     """
 
     clip: str
     length: str
     n_frames: int
     n_kept: int
-    slowest: float
-    fastest: float
+    n_high: int = 0
+    n_high_kept: int = 0
 
 
 @dataclass(frozen=True)
@@ -108,6 +115,11 @@ class Row:
         """In-flight frames kept, and all of them; at one length, or together."""
         some = [one for one in self.preserved if length in (None, one.length)]
         return sum(one.n_kept for one in some), sum(one.n_frames for one in some)
+
+    def kept_high(self, length: str | None = None) -> tuple[int, int]:
+        """Frames of high flights kept, and all of them."""
+        some = [one for one in self.preserved if length in (None, one.length)]
+        return sum(one.n_high_kept for one in some), sum(one.n_high for one in some)
 
     def mean(self, what: str, *, kind: str | None = None, length: str | None = None) -> float:
         """Mean of an attribute of `Imitated` over some cases; of a length's ratio, the mean error in percent.
@@ -153,17 +165,16 @@ def _root_weighs(factor: float) -> Callable[[Motion], PoseOptions]:
 def settings(base: Mapping[str, Any]) -> list[Setting]:
     """List the rows: the main choices with each other, then one at a time around `base`."""
     rows = [
-        Setting("the paper, read literally", "torso, joint, τ = 1/30 s", {"features": "torso", "time_scale": 1 / 30}),
-        Setting("what guided_warp does by itself", "its defaults", {}),
-        Setting("what is recommended", describe(base), base),
+        Setting("the paper, read literally", describe(AS_PRINTED), AS_PRINTED),
+        Setting(CHOSEN, describe(base), base),
     ]
     for features in ("torso", "heading"):
         for score in ("joint", "conditional"):
-            for time_scale in (1 / 30, 0.1, 0.2):
+            for time_scale in (1 / 30, 0.1, 0.15, 0.2, 0.3):
                 options = {"features": features, "score": score, "time_scale": time_scale}
                 rows.append(Setting("pose space, score, time scale", describe(options), options))
     single: list[tuple[str, str, Sequence[Any]]] = [
-        ("time scale τ (s)", "time_scale", (0.05, 0.15, 0.3, 0.5)),
+        ("time scale τ (s)", "time_scale", (0.05, 0.25, 0.5)),
         ("low-pass (Hz)", "low_pass", (0.0, 2.0, 3.0, 6.0, 8.0)),
         ("neighbours k", "n_neighbors", (1, 2, 5, 10)),
         ("weight on changes of speed", "smoothness", (0.02, 0.05, 0.1, 0.3)),
@@ -189,9 +200,9 @@ def settings(base: Mapping[str, Any]) -> list[Setting]:
 
 def describe(options: Mapping[str, Any]) -> str:
     """Write the main choices in one line."""
-    time_scale = options.get("time_scale", 0.1)
+    time_scale = options["time_scale"]
     shown = "1/30" if abs(time_scale - 1 / 30) < 1e-9 else f"{time_scale:g}"
-    return f"{options.get('features', 'torso')}, {options.get('score', 'joint')}, τ = {shown} s"
+    return f"{options['features']}, {options['score']}, τ = {shown} s"
 
 
 def measure(
@@ -204,7 +215,10 @@ def measure(
 ) -> Iterator[Row]:
     """Answer every question with every setting, one row at a time."""
     cases = [ANSWERS[name](clips) for name in answers]
-    flights = {clip: flight_spans(clips[clip]) for clip in jumps}
+    flights = {
+        clip: (flight_spans(clips[clip]), flight_spans(clips[clip], clearance=HIGH) if clip != "sample" else ())
+        for clip in jumps
+    }
     for setting in rows:
         preserved = [one for clip in jumps for one in _preserve(clips[clip], clip, flights[clip], setting, lengths)]
         imitated = [one for case in cases for one in _imitate(case, setting)]
@@ -222,10 +236,12 @@ def _session(motion: Motion, setting: Setting, reference: Motion | None = None) 
 
 
 def _preserve(
-    motion: Motion, clip: str, spans: Sequence[tuple[float, float]], setting: Setting, lengths: Sequence[str]
+    motion: Motion, clip: str, flights: tuple[Spans, Spans], setting: Setting, lengths: Sequence[str]
 ) -> Iterator[Preserved]:
     session, search = _session(motion, setting)
-    everything = flight_timing(path_warp(session.solve(length="100%")), spans).n_frames
+    spans, high = flights
+    untouched = path_warp(session.solve(length="100%"))
+    frames, high_frames = (flight_timing(untouched, some).n_frames for some in flights)
     for length in lengths:
         options = dict(search)
         # The longest step is a question about speeds above 1, upsampling about those below.
@@ -235,12 +251,12 @@ def _preserve(
         elif "upsample" in options:
             options = {name: value for name, value in options.items() if name not in ("upsample", "max_skip")}
         try:
-            found = session.solve(length=length, **options)
+            found = path_warp(session.solve(length=length, **options))
         except InfeasibleWarpError:
-            yield Preserved(clip, length, everything, 0, math.nan, math.nan)
+            yield Preserved(clip, length, frames, 0, high_frames, 0)
             continue
-        timing = flight_timing(path_warp(found), spans)
-        yield Preserved(clip, length, timing.n_frames, timing.n_kept, timing.slowest, timing.fastest)
+        kept, high_kept = (flight_timing(found, some).n_kept for some in (spans, high))
+        yield Preserved(clip, length, frames, kept, high_frames, high_kept)
 
 
 def _imitate(case: Answer, setting: Setting) -> Iterator[Imitated]:
@@ -267,7 +283,15 @@ def _imitate(case: Answer, setting: Setting) -> Iterator[Imitated]:
 
 def default_row(rows: Sequence[Row]) -> Row:
     """Find the row of the recommended setting."""
-    return next(row for row in rows if row.setting.group == "what is recommended")
+    return next(row for row in rows if row.setting.group == CHOSEN)
+
+
+def row_of(rows: Sequence[Row], options: Mapping[str, Any]) -> Row:
+    """Find the row of a setting by its options; raise KeyError where there is none."""
+    for row in rows:
+        if row.setting.options == options:
+            return row
+    raise KeyError(str(dict(options)))
 
 
 def without(row: Row, clip: str) -> Row:

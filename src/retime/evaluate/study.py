@@ -15,15 +15,18 @@ from typing import Any
 import numpy as np
 
 from retime.evaluate import metrics
-from retime.evaluate.study_baselines import align_warp, cut_idle, keyed_spline, spans_to_keep
+from retime.evaluate.study_baselines import align_warp, cut_idle, keyed_spline, spans_to_keep, spline_through
+from retime.evaluate.study_choices import AS_PRINTED, SETTINGS
 from retime.evaluate.study_motions import (
     WRISTS,
     Library,
     boxing_answer,
     cycles,
     example_of,
+    fast_spans,
     limp,
     slow_flights,
+    steps,
     walking_spans,
 )
 from retime.motion.contacts import contacts
@@ -34,9 +37,6 @@ from retime.warp.reference import Reference
 from retime.warp.result import GuidedWarp
 from retime.warp.session import Session
 from retime.warp.spline import linear_warp
-
-SETTINGS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": 0.2}
-"""How the study's motions are analysed: what the sensitivity table recommends."""
 
 _ANALYSIS = ("n_neighbors", "time_scale", "low_pass", "features", "score", "rate")
 
@@ -387,6 +387,7 @@ def _preserve(
     max_skip: int,
     upsample: int | None = None,
     silence: bool = False,
+    beat: float | None = None,
     repeats: int = 5,
 ) -> Evaluation:
     """Give a clip another length, with the clip as its own reference (§4.1)."""
@@ -407,6 +408,10 @@ def _preserve(
         n_output = round(found.warp.output_duration * float(motion.rate)) + 1
         cut = cut_idle(motion, n_output)
         versions.append(look.version("silence cut", "the frames that move least are dropped", cut, average=False))
+    if beat is not None:
+        at = look.flights[0][0]
+        keyed = Session(motion, **SETTINGS).solve(length=length, max_skip=max_skip, keys=[(at, beat)])
+        versions.append(look.guided(keyed, f"its first take-off put on a beat, at {beat:g} s", "guided, keyed"))
     versions.append(look.guided(found, "two keytimes, its ends"))
     return Evaluation(key, title, about, clip, motion, tuple(versions), found, row, look.flights, options)
 
@@ -452,9 +457,9 @@ def v3(clips: Library, repeats: int) -> Evaluation:
     return _preserve(
         "V3",
         "Silence removal, mostly silence",
-        "More than half of this clip is standing still.",
-        "CMU 49_20: balance on one leg with outstretched arms; the whole clip.",
-        clips["49_20"],
+        "Waiting, kneeling down, waiting, getting up: more than half of this clip is standing or kneeling still.",
+        "test_mocapbank: the first 378 frames, at 30 Hz as captured.",
+        replace(clips["mocapbank"].frames(0, 378), name="mocapbank"),
         "47.6%",
         max_skip=8,
         silence=True,
@@ -472,6 +477,7 @@ def v4(clips: Library, repeats: int) -> Evaluation:
         clips["86_01"],
         "65%",
         max_skip=8,
+        beat=4.0,
         repeats=repeats,
     )
 
@@ -498,18 +504,22 @@ def v6(clips: Library, repeats: int) -> Evaluation:
     reference = replace(clips.stretch("boxing", 0.0, 10.0), name="boxing, 0 to 10 s")
     options: dict[str, Any] = {"length": "100%", "max_skip": 8, "upsample": 2}
     found, row = solve_timed(motion, reference, {**SETTINGS, **options}, repeats=repeats)
+    printed = Session(motion, reference=Reference(reference), **AS_PRINTED).solve(**options)
     look = _Looker(motion, reference, wrists=reference)
+    spline = _keyed_blows(motion)
     versions = (
         look.input(),
         look.other("reference", "the aggressive passage", reference),
+        look.version("linear", "the length is kept: as captured", linear_warp(found.warp.keytimes)),
+        look.version("spline with keys", f"{len(spline.keytimes)} keytimes by hand: each blow at 1.6 times", spline),
         look.version("aligned", "timing carried over by dynamic time warping", align_warp(motion, reference)),
+        look.guided(printed, "torso space, τ = 1/30 s", "guided, as printed"),
         look.guided(found, "length kept"),
     )
     return Evaluation(
         "V6",
         "Weak boxing made aggressive",
-        "A slower passage takes its timing from an aggressive one; the length stays. With two keytimes and one length, "
-        "linear and spline warps are the input itself.",
+        "A slower passage takes its timing from an aggressive one; the length stays.",
         "Boxing_Toes, seconds 10 to 20, guided by seconds 0 to 10 of the same take.",
         motion,
         versions,
@@ -520,6 +530,12 @@ def v6(clips: Library, repeats: int) -> Evaluation:
     )
 
 
+def _keyed_blows(motion: Motion) -> Warp:
+    """Hurry over every blow as an animator would, by keytimes around it; the length stays."""
+    blows = spans_to_keep(motion, fast_spans(motion, WRISTS))
+    return keyed_spline(motion, blows, motion.duration, speed=1.6)
+
+
 def v6b(clips: Library, repeats: int) -> Evaluation:
     """Blows weakened by hand, whose answer is known."""
     answer = boxing_answer("boxing", clips.stretch("boxing", 5.8, 10.3), clips.stretch("boxing", 0.0, 5.8))
@@ -527,9 +543,12 @@ def v6b(clips: Library, repeats: int) -> Evaluation:
     options: dict[str, Any] = {"length": "100%", "max_skip": 8, "upsample": 4}
     found, row = solve_timed(answer.motion, answer.reference, {**SETTINGS, **options}, repeats=repeats)
     look = _Looker(answer.motion, answer.reference, truth=answer.truth, wrists=strong)
+    spline = _keyed_blows(answer.motion)
     versions = (
         look.input("its blows weakened by hand"),
         look.version("as it was", "the answer: the blows before they were weakened", answer.truth),
+        look.version("linear", "the length is kept: as it came", linear_warp(found.warp.keytimes)),
+        look.version("spline with keys", f"{len(spline.keytimes)} keytimes by hand: each blow at 1.6 times", spline),
         look.version("aligned", "timing carried over by dynamic time warping", align_warp(look.motion, look.reference)),
         look.guided(found, "length kept"),
     )
@@ -559,9 +578,12 @@ def v7(clips: Library, repeats: int) -> Evaluation:
     found, row = solve_timed(motion, reference, {**SETTINGS, **options}, repeats=repeats)
     free = Session(motion, reference=Reference(reference), **SETTINGS).solve(length="free", max_skip=8, upsample=4)
     look = _Looker(motion, reference, truth=truth, spans=walking_spans(motion))
+    spline = spline_through(truth, [step.time for step in steps(motion)], rate=float(motion.rate))
     versions = (
         look.input(),
         look.version("by hand", "every cycle warped by hand: the answer", truth),
+        look.version("linear", "the length is kept: as captured", linear_warp(found.warp.keytimes)),
+        look.version("spline with keys", f"through {len(spline.keytimes)} of the hand's times: every step", spline),
         look.version(
             "aligned", "dynamic time warping to the cycle, repeated", align_warp(motion, reference, loop=True)
         ),
@@ -593,9 +615,12 @@ def v8(clips: Library, repeats: int) -> Evaluation:
     session = Session(motion, reference=Reference(reference), **SETTINGS)
     plain = session.solve(**options, free_weight="sum")
     look = _Looker(motion, reference, truth=truth, spans=tuple((a - 0.3, b + 0.3) for a, b in _flights(motion)))
+    spline = keyed_spline(motion, spans_to_keep(motion, look.flights), truth.output_duration, speed=0.5)
     versions = (
         look.input(),
         look.version("by hand", "every flight at half its speed: the answer", truth),
+        look.version("linear", "one speed for all, to the hand's length", _stretched(motion, truth.output_duration)),
+        look.version("spline with keys", f"{len(spline.keytimes)} keytimes by hand: take-offs and landings", spline),
         look.version("aligned", "dynamic time warping to the jump, repeated", align_warp(motion, reference, loop=True)),
         look.guided(plain, "guided, weighed by the paper's plain sum", "plain sum"),
         look.guided(found, "free length, each score weighed by the square root of its speed"),
@@ -612,6 +637,11 @@ def v8(clips: Library, repeats: int) -> Evaluation:
         look.flights,
         options,
     )
+
+
+def _stretched(motion: Motion, output_duration: float) -> Warp:
+    """Play a whole clip at one speed."""
+    return linear_warp([Keytime(0.0, 0.0), Keytime(output_duration, motion.duration)])
 
 
 def _flights(motion: Motion) -> tuple[tuple[float, float], ...]:

@@ -8,14 +8,19 @@ from typing import Any
 
 from retime.evaluate.metrics import WarpMatch, match_warps
 from retime.evaluate.study_baselines import align_warp
-from retime.evaluate.study_motions import ANSWERS, Answer, Library
+from retime.evaluate.study_motions import ANSWERS, Answer, Library, part_of
 from retime.warp.curve import Warp
+from retime.warp.imitate import imitate
 from retime.warp.reference import Reference
 from retime.warp.session import Session
 
-METHODS = ("nothing", "aligned", "aligned, repeated", "guided, free", "guided, plain sum", "guided, given length")
+METHODS = (
+    *("nothing", "aligned", "aligned, repeated", "guided, free", "imitate()", "guided, conditional"),
+    *("guided, plain sum", "guided, given length"),
+)
 """What is compared: doing nothing; dynamic time warping to the reference, and to the reference played over and over;
-the guided warp at the length that it finds (weighed neutrally, and by the paper's plain sum), and at the right one."""
+the guided warp at the length that it finds, the same asked for by `retime.imitate`, by the conditional score, and by
+the paper's plain sum; and at the right length."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,5 +90,11 @@ def _warps(answer: Answer, settings: Mapping[str, Any]) -> Iterator[tuple[str, W
     session = Session(motion, reference=Reference(reference), **settings)
     if answer.free:
         yield METHODS[3], session.solve(length="free").warp
-        yield METHODS[4], session.solve(length="free", free_weight="sum").warp
-    yield METHODS[5], session.solve(length=round(answer.truth.output_duration * float(motion.rate)) + 1).warp
+        if answer.example is not None:
+            first, last = answer.example
+            hand = part_of(answer.truth, *(frame / float(motion.rate) for frame in answer.example))
+            yield METHODS[4], imitate(motion, (first, last + 1), hand, **settings).warp
+        other = Session(motion, reference=Reference(reference), **{**settings, "score": "conditional"})
+        yield METHODS[5], other.solve(length="free").warp
+        yield METHODS[6], session.solve(length="free", free_weight="sum").warp
+    yield METHODS[7], session.solve(length=round(answer.truth.output_duration * float(motion.rate)) + 1).warp

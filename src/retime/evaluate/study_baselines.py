@@ -49,8 +49,8 @@ def spans_to_keep(motion: Motion, keep: Spans, *, margin: float = 0.1) -> tuple[
     return tuple(joined)
 
 
-def keyed_spline(motion: Motion, keep: Spans, output_duration: float) -> Warp:
-    """Set keytimes as an animator would, at both ends of each stretch that must keep its time, and join them.
+def keyed_spline(motion: Motion, keep: Spans, output_duration: float, *, speed: float = 1.0) -> Warp:
+    """Set keytimes as an animator would, at both ends of each stretch whose speed is wanted, and join them.
 
     The rest shares what time is left, evenly.
 
@@ -59,9 +59,11 @@ def keyed_spline(motion: Motion, keep: Spans, output_duration: float) -> Warp:
     motion : Motion
         The input.
     keep : sequence of (float, float)
-        Stretches that keep their duration, input seconds, in order and apart.
+        Those stretches, input seconds, in order and apart.
     output_duration : float
         Seconds.
+    speed : float
+        That they play at; 1 keeps their duration.
 
     Returns
     -------
@@ -71,22 +73,29 @@ def keyed_spline(motion: Motion, keep: Spans, output_duration: float) -> Warp:
     Raises
     ------
     InfeasibleWarpError
-        What is kept is as long as the output.
+        They alone are as long as the output.
     """
-    kept = sum(end - start for start, end in keep)
-    rest = motion.duration - kept
+    wanted = sum(end - start for start, end in keep)
+    kept, rest = wanted / speed, motion.duration - wanted
     if not kept < output_duration:
         raise InfeasibleWarpError(f"{kept:.2f} s are to be kept, in an output of {output_duration:.2f} s")
     slowness = (output_duration - kept) / rest if rest > 0 else 1.0
     keys = [Keytime(0.0, 0.0)]
     for start, end in keep:
-        for at, pace in ((start, slowness), (end, 1.0)):
+        for at, pace in ((start, slowness), (end, 1 / speed)):
             before = keys[-1]
             if at > before.input_time:
                 keys.append(Keytime(before.output_time + (at - before.input_time) * pace, at))
     if motion.duration - keys[-1].input_time > 1e-9:
         keys.append(Keytime(output_duration, motion.duration))
     return spline_warp(keys, rate=float(motion.rate))
+
+
+def spline_through(truth: Warp, input_times: Sequence[float], *, rate: float) -> Warp:
+    """Join keytimes that a known answer has at some moments, and at its ends: all an animator would have to set."""
+    within = [t for t in input_times if truth.input_times[0] + 1e-6 < t < truth.input_times[-1] - 1e-6]
+    times = [float(truth.input_times[0]), *within, float(truth.input_times[-1])]
+    return spline_warp([Keytime(float(truth.inverse()(t)), t) for t in times], rate=rate)
 
 
 def align_warp(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ from retime.evaluate.study import Evaluation
 from retime.evaluate.study_answers import Answered
 from retime.evaluate.study_signals import SignalResult
 from retime.formats.files import write_bytes
+from retime.motion.rotation import FloatArray
 from retime.warp.curve import Warp
 
 if TYPE_CHECKING:
@@ -75,9 +77,11 @@ def draw_speeds(evaluations: Sequence[Evaluation], path: Path) -> None:
             ]
             for start, end in flights:
                 axes.axvspan(start, end, color=FLIGHT, linewidth=0, zorder=0)
-            axes.plot(*step_curve(warp, warp.slopes > 0, warp.slopes), color="#5eada5", linewidth=0.8)
             smooth = evaluation.guided.warp
-            axes.plot(*step_curve(smooth, smooth.slopes > 0, smooth.slopes), color="#0f766e", linewidth=1.5)
+            reach = warp.output_duration
+            for curve, color, width in ((warp, "#5eada5", 0.8), (smooth, "#0f766e", 1.5)):
+                line = step_curve(curve, curve.slopes > 0, curve.slopes)
+                axes.plot(*simplified(*line, reach=reach), color=color, linewidth=width)
             axes.set_title(f"{evaluation.key}  {evaluation.title}", loc="left", fontsize=9.5, fontweight="bold")
         for axes in figure.axes[-3:]:
             axes.set_xlabel("output time (s)")
@@ -119,7 +123,52 @@ def _over_input(warp: Warp, *, window: float = 0.1) -> tuple[np.ndarray, np.ndar
     high = np.minimum(times + window / 2, warp.input_times[-1])
     ends = [np.interp(at, warp.input_times, warp.output_times) for at in (low, high)]
     shown = ends[1] - ends[0]
-    return times, (high - low) / np.maximum(shown, 1e-3)
+    return simplified(times, (high - low) / np.maximum(shown, 1e-3), reach=float(times[-1] - times[0]))
+
+
+def simplified(x: FloatArray, y: FloatArray, *, reach: float, error: float = 0.004) -> tuple[FloatArray, FloatArray]:
+    """Leave out the points of a curve that nobody would see missing (Douglas and Peucker).
+
+    Parameters
+    ----------
+    x, y : float array, shape (n,)
+        The curve; `y` is drawn on a log axis. Where `y` is NaN there is a gap.
+    reach : float
+        Width of the axis, in units of `x`.
+    error : float
+        What may be left out, as a share of the axis: two decades are as long as `reach`.
+
+    Returns
+    -------
+    float array, float array
+        The points that stay, ends included.
+
+    Examples
+    --------
+    >>> simplified(np.arange(5.0), np.array([1.0, 1.0, 1.0, 3.0, 3.0]), reach=4.0)[0].tolist()
+    [0.0, 2.0, 3.0, 4.0]
+    """
+    places = np.stack([x / reach, np.log10(np.clip(y, 1e-3, 1e3)) / 2], axis=1)
+    keep = np.isnan(y)
+    # The points beside a gap are ends.
+    keep[1:] |= np.isnan(y[:-1])
+    keep[:-1] |= np.isnan(y[1:])
+    keep[[0, -1]] = True
+    ends = np.flatnonzero(keep).tolist()
+    pending = [(a, b) for a, b in itertools.pairwise(ends) if not np.isnan(y[a : b + 1]).any()]
+    while pending:
+        a, b = pending.pop()
+        if b - a < 2:
+            continue
+        along = places[b] - places[a]
+        off = places[a + 1 : b] - places[a]
+        share = np.clip(off @ along / max(float(along @ along), 1e-18), 0.0, 1.0)
+        distance = np.linalg.norm(off - share[:, None] * along, axis=1)
+        worst = int(np.argmax(distance))
+        if distance[worst] > error:
+            keep[a + 1 + worst] = True
+            pending += [(a, a + 1 + worst), (a + 1 + worst, b)]
+    return x[keep], y[keep]
 
 
 def _speed_axes(axes: Axes, start: float, end: float, *, limits: tuple[float, float] = SPEED_LIMITS) -> None:

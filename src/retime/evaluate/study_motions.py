@@ -63,13 +63,14 @@ def _cmu(trial: str, drop_first: int = 1) -> Source:
 SOURCES = {
     trial: _cmu(trial)
     for trial in (
-        *("01_01", "02_04", "05_08", "05_18", "07_01", "07_09", "07_10", "29_01"),
-        *("49_02", "49_04", "49_05", "49_20"),
+        *("01_01", "02_04", "05_08", "05_15", "05_16", "05_18", "07_01", "07_09", "07_10", "29_01"),
+        *("49_02", "49_04", "49_05"),
     )
 } | {
     "07_12": _cmu("07_12", drop_first=2),
     # Walk, jump, walk: the punches and kicks come later.
     "86_01": Source("cmu-asfamc/86_01.amc", drop_first=0, frames=1980),
+    "mocapbank": Source("bvh-other/test_mocapbank.bvh", drop_first=0, rate=30, metres_per_unit=None),
     "boxing": Source("bvh-other/Boxing_Toes.bvh", drop_first=0, rate=100, metres_per_unit=None),
 }
 
@@ -247,16 +248,28 @@ def weaken(motion: Motion, joints: Sequence[str], *, share: float = 0.5) -> Warp
     The faster of the `joints`, going at v, is played at (v / median v) to the power of - `share`, between 0.45 and 2.2,
     all scaled to the length of the input.
     """
-    rate = float(motion.rate)
-    places = [motion.skeleton.index(name) for name in joints]
-    positions = global_poses(motion).positions[:, places]
-    fastest = np.linalg.norm(np.gradient(positions, axis=0), axis=-1).max(axis=1)
-    half = round(0.15 * rate)
-    window = np.hanning(2 * half + 3)[1:-1]
-    smooth = np.convolve(np.pad(fastest, half, mode="edge"), window / window.sum(), "valid")
+    smooth = _fastest(motion, joints)
     log_speed = -share * np.log(np.maximum(smooth, 1e-9) / np.median(smooth))
     warp = from_log_speed(np.clip(log_speed, math.log(0.45), math.log(2.2)), motion)
     return replace(warp, output_times=warp.output_times * (motion.duration / warp.output_end))
+
+
+def fast_spans(motion: Motion, joints: Sequence[str], *, times: float = 2.0) -> tuple[tuple[float, float], ...]:
+    """Find blows: input times between which the faster of some joints is faster than `times` its median."""
+    speed = _fastest(motion, joints)
+    fast = np.concatenate([[0], (speed > times * np.median(speed)).astype(np.int8), [0]])
+    edges = np.flatnonzero(np.diff(fast)).reshape(-1, 2) / float(motion.rate)
+    return tuple((float(start), min(float(end), motion.duration)) for start, end in edges)
+
+
+def _fastest(motion: Motion, joints: Sequence[str]) -> FloatArray:
+    """Speed of the fastest of some joints in each frame, smoothed over 0.3 s; units a frame."""
+    places = [motion.skeleton.index(name) for name in joints]
+    positions = global_poses(motion).positions[:, places]
+    fastest = np.linalg.norm(np.gradient(positions, axis=0), axis=-1).max(axis=1)
+    half = round(0.15 * float(motion.rate))
+    window = np.hanning(2 * half + 3)[1:-1]
+    return np.asarray(np.convolve(np.pad(fastest, half, mode="edge"), window / window.sum(), "valid"))
 
 
 def from_log_speed(log_speed: FloatArray, motion: Motion) -> Warp:
@@ -298,6 +311,8 @@ class Answer:
         Input times at which the truth has something to say: elsewhere it only says "leave it".
     free : bool
         Whether the length is for the search to find.
+    example : (int, int), optional
+        First and last frame of the retimed stretch, where it is one of the input's own.
     """
 
     name: str
@@ -307,6 +322,7 @@ class Answer:
     truth: Warp
     spans: tuple[tuple[float, float], ...]
     free: bool = True
+    example: tuple[int, int] | None = None
 
 
 def example_of(motion: Motion, truth: Warp, start: float, end: float) -> Motion:
@@ -315,9 +331,13 @@ def example_of(motion: Motion, truth: Warp, start: float, end: float) -> Motion:
     Not averaged where fast: a reference is looked at, not shown.
     """
     rate = float(motion.rate)
-    first, last = round(start * rate), round(end * rate)
+    first, last = _frames_of(motion, start, end)
     stretch = replace(motion.frames(first, last + 1), first_frame=0, name=f"{motion.name}, by hand")
     return apply_warp(stretch, part_of(truth, first / rate, last / rate), average=False)
+
+
+def _frames_of(motion: Motion, start: float, end: float) -> tuple[int, int]:
+    return round(start * float(motion.rate)), round(end * float(motion.rate))
 
 
 def _limp_cycle(motion: Motion) -> tuple[float, float]:
@@ -331,15 +351,18 @@ def _limp_cycle(motion: Motion) -> tuple[float, float]:
 
 def limp_answer(name: str, example: Motion, motion: Motion) -> Answer:
     """Give the limp of one cycle of `example` as the reference for `motion` (which may be the same)."""
-    reference = example_of(example, limp(example), *_limp_cycle(example))
-    return Answer(name, "limp", motion, reference, limp(motion), walking_spans(motion))
+    cycle = _limp_cycle(example)
+    reference = example_of(example, limp(example), *cycle)
+    own = _frames_of(motion, *cycle) if example is motion else None
+    return Answer(name, "limp", motion, reference, limp(motion), walking_spans(motion), example=own)
 
 
 def jump_answer(name: str, motion: Motion, start: float, end: float) -> Answer:
     """Give a stretch with one slowed flight as the reference for the whole clip."""
     truth = slow_flights(motion)
     spans = tuple((max(0.0, a - 0.3), min(motion.duration, b + 0.3)) for a, b in flight_spans(motion))
-    return Answer(name, "jump", motion, example_of(motion, truth, start, end), truth, spans)
+    own = _frames_of(motion, start, end)
+    return Answer(name, "jump", motion, example_of(motion, truth, start, end), truth, spans, example=own)
 
 
 WRISTS = ("LeftWrist", "RightWrist")

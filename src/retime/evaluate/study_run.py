@@ -10,10 +10,12 @@ from dataclasses import dataclass
 
 from retime.errors import OptionError
 from retime.evaluate.sensitivity import Row, measure, settings
-from retime.evaluate.study import EVALUATIONS, SETTINGS, Evaluation
+from retime.evaluate.study import EVALUATIONS, Evaluation
 from retime.evaluate.study_answers import Answered, answer_all
+from retime.evaluate.study_choices import SETTINGS
 from retime.evaluate.study_motions import Library
-from retime.evaluate.study_signals import CameraResult, SignalResult, warp_camera, warp_signal
+from retime.evaluate.study_prototype import Comparison, compare
+from retime.evaluate.study_signals import CameraResult, CurveResult, SignalResult, warp_camera, warp_curve, warp_signal
 
 PARTS = (*EVALUATIONS, "answers", "sensitivity", "signals")
 """What `run` can be asked for."""
@@ -31,7 +33,9 @@ class Results:
         Known answers; empty where they were not asked for.
     sensitivity : tuple of sensitivity.Row
         One a setting; empty where it was not asked for.
-    camera, ball : CameraResult and SignalResult, optional
+    prototype : tuple of Comparison
+        The prototype's figures beside the package's; empty where the whole sensitivity table was not asked for.
+    camera, curve, ball : CameraResult, CurveResult and SignalResult, optional
         Beyond motion.
     seconds : float
         For all of it.
@@ -42,7 +46,9 @@ class Results:
     evaluations: tuple[Evaluation, ...]
     answered: tuple[Answered, ...]
     sensitivity: tuple[Row, ...]
+    prototype: tuple[Comparison, ...]
     camera: CameraResult | None
+    curve: CurveResult | None
     ball: SignalResult | None
     seconds: float
     machine: dict[str, str]
@@ -105,19 +111,25 @@ def run(
         say("known answers")
         answered = tuple(answer_all(clips, SETTINGS))
     rows: tuple[Row, ...] = ()
+    prototype: tuple[Comparison, ...] = ()
     if "sensitivity" in parts:
         say("sensitivity")
         chosen = settings(SETTINGS)
-        rows = tuple(measure(clips, chosen[:3] if quick else chosen))
-    camera = ball = None
+        rows = tuple(measure(clips, chosen[:2] if quick else chosen))
+        if not quick:
+            prototype = tuple(compare(clips, rows, SETTINGS))
+    camera = curve = ball = None
     if "signals" in parts:
         say("beyond motion")
         shortened = next((one for one in evaluations if one.key == "V4"), None) or EVALUATIONS["V4"](clips, 1)
         camera = warp_camera(shortened.motion, shortened.guided.warp)
+        curve = warp_curve(shortened.motion, shortened.guided.warp)
         ball = warp_signal()
     machine = {
         "python": platform.python_version(),
         "processor": platform.machine(),
         "cores": str(os.cpu_count()),
     }
-    return Results(tuple(evaluations), answered, rows, camera, ball, time.perf_counter() - start, machine)
+    return Results(
+        tuple(evaluations), answered, rows, prototype, camera, curve, ball, time.perf_counter() - start, machine
+    )

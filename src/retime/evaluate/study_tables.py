@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from retime.evaluate.metrics import FlightTiming
-from retime.evaluate.sensitivity import LENGTHS, Row, default_row
+from retime.evaluate.sensitivity import LENGTHS, Row, default_row, row_of
 from retime.evaluate.study import PAPER, Evaluation, Figures
 from retime.evaluate.study_answers import METHODS, Answered
-from retime.evaluate.study_signals import CameraResult, SignalResult
+from retime.evaluate.study_prototype import Comparison
+from retime.evaluate.study_signals import CameraResult, CurveResult, SignalResult
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
@@ -201,12 +202,14 @@ def sensitivity_table(rows: Sequence[Row]) -> Table:
     headings = (
         *("choice", "setting"),
         *(f"kept at {length}" for length in lengths),
-        *("kept in all", "limps", "jumps", "boxing", "log-speed off by", "neutral length off by", "sum's off by"),
+        *("kept in all", "of high flights", "limps", "jumps", "boxing", "log-speed off by", "… neutral", "… sum"),
+        *("length off by, neutral", "… sum"),
     )
     written = []
     group = ""
     for row in rows:
         kept, frames = row.kept()
+        high, high_frames = row.kept_high()
         first = row.setting.group if row.setting.group != group else ""
         group = row.setting.group
         written.append(
@@ -215,8 +218,11 @@ def sensitivity_table(rows: Sequence[Row]) -> Table:
                 row.setting.label,
                 *(str(row.kept(length)[0]) for length in lengths),
                 f"{kept} of {frames}",
+                f"{high} of {high_frames}",
                 *(number(row.mean("correlation", kind=kind)) for kind in ("limp", "jump", "boxing")),
-                number(row.mean("log_speed_error")),
+                number(row.mean("log_speed_error", length="given")),
+                number(row.mean("log_speed_error", length="neutral")),
+                number(row.mean("log_speed_error", length="sum")),
                 number(row.mean("length_ratio", length="neutral"), 0, " %"),
                 number(row.mean("length_ratio", length="sum"), 0, " %"),
             )
@@ -235,7 +241,7 @@ def losses_table(rows: Sequence[Row]) -> Table:
         one = next(one for one in row.preserved if (one.clip, one.length) == (clip, length))
         return f"{one.n_kept} of {one.n_frames}"
 
-    headings = ("clip", *lengths, *(f"{length}, paper's features" for length in lengths))
+    headings = ("clip", *lengths, *(f"{length}, as printed" for length in lengths))
     written = [
         (
             clip,
@@ -247,7 +253,12 @@ def losses_table(rows: Sequence[Row]) -> Table:
     return Table(headings, tuple(written))
 
 
-def signals_table(camera: CameraResult, ball: SignalResult) -> Table:
+def prototype_table(compared: Sequence[Comparison]) -> Table:
+    """Lay out the prototype's figures beside the package's."""
+    return Table(("what", "prototype", "here"), tuple((one.what, one.prototype, one.here) for one in compared))
+
+
+def signals_table(camera: CameraResult, curve: CurveResult, ball: SignalResult) -> Table:
     """One warp for a camera, and a guided warp of a signal."""
     rows = (
         ("camera aim off by, before", f"{camera.before:.2f}°", "camera and figure as made"),
@@ -257,6 +268,12 @@ def signals_table(camera: CameraResult, ball: SignalResult) -> Table:
             f"{camera.n_input} to {camera.n_output} frames, 24 Hz",
         ),
         ("… the figure alone warped", f"{camera.motion_alone:.1f}°", "what goes wrong otherwise"),
+        (
+            "curve of the root's height off by, warped by the same warp",
+            f"{curve.together * 1000:.1f} mm",
+            f"{curve.n_input} to {curve.n_output} samples, 50 Hz",
+        ),
+        ("… the figure alone warped", f"{curve.motion_alone * 1000:.0f} mm", "what goes wrong otherwise"),
         ("ball, guided: flight frames kept", _kept(ball.timing), f"gravity {ball.gravity:.2f} × 9.81 m/s²"),
         (
             "ball, linear: flight frames kept",
@@ -269,6 +286,31 @@ def signals_table(camera: CameraResult, ball: SignalResult) -> Table:
 
 def _kept(timing: FlightTiming) -> str:
     return f"{timing.n_kept} of {timing.n_frames}"
+
+
+def text_values(rows: Sequence[Row], evaluations: Sequence[Evaluation]) -> dict[str, str]:
+    """Write the numbers that the text around the tables mentions, by name."""
+    found: dict[str, str] = {}
+    if rows:
+        default = default_row(rows)
+        for name, row in (("default", default), ("printed", rows[0])):
+            kept, frames = row.kept()
+            found[f"kept-{name}"] = f"{kept:,} of {frames:,}"
+            found[f"share-{name}"] = f"{kept / frames:.0%}".replace("%", " %")
+        high, high_frames = default.kept_high()
+        found["kept-high"] = f"{high} of {high_frames}"
+        torso = row_of(rows, {**default.setting.options, "features": "torso"})
+        found["share-torso"] = f"{torso.kept()[0] / torso.kept()[1]:.0%}".replace("%", " %")
+        for name, row in (("default", default), ("torso", torso)):
+            found[f"jumps-{name}"] = number(row.mean("correlation", kind="jump"))
+            found[f"limps-{name}"] = number(row.mean("correlation", kind="limp"))
+        for weight in ("neutral", "sum"):
+            found[f"length-{weight}"] = number(default.mean("length_ratio", length=weight), 0, " %")
+            found[f"log-speed-{weight}"] = number(default.mean("log_speed_error", length=weight))
+    excesses = [one.row.excess for one in evaluations if one.row.excess is not None]
+    if excesses:
+        found["excess"] = f"{min(excesses) * 100:.0f} to {max(excesses) * 100:.0f} %"
+    return found
 
 
 def plain(value: Any) -> Any:
