@@ -15,15 +15,25 @@ import pytest
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.evaluate.metrics import flight_spans, flight_timing, match_warps, path_warp
-from retime.evaluate.sensitivity import Imitated, Preserved, Row, Setting, measure, settings
-from retime.evaluate.study import EVALUATIONS, PAPER, SETTINGS, v5, v8
+from retime.evaluate.sensitivity import CHOSEN, Imitated, Preserved, Row, Setting, measure, row_of, settings
+from retime.evaluate.study import EVALUATIONS, PAPER, v5, v8
 from retime.evaluate.study_answers import answer_all
-from retime.evaluate.study_baselines import align, align_warp, cut_idle, keyed_spline, spans_to_keep
+from retime.evaluate.study_baselines import (
+    align,
+    align_warp,
+    cut_idle,
+    keyed_spline,
+    spans_to_keep,
+    spline_through,
+)
+from retime.evaluate.study_choices import AS_PRINTED, SETTINGS
+from retime.evaluate.study_figures import simplified
 from retime.evaluate.study_motions import (
     ANSWERS,
     SOURCES,
     Library,
     example_of,
+    fast_spans,
     from_log_speed,
     limp,
     part_of,
@@ -32,13 +42,15 @@ from retime.evaluate.study_motions import (
     steps,
     walking_spans,
 )
-from retime.evaluate.study_player import player_data, player_html, player_script
+from retime.evaluate.study_player import camera_player_html, player_data, player_html, player_script
+from retime.evaluate.study_prototype import ACROSS, compare
 from retime.evaluate.study_report import numbers, write_study
 from retime.evaluate.study_run import PARTS, Results, chosen_parts, run
-from retime.evaluate.study_signals import bouncing_ball, falls, warp_camera, warp_signal
-from retime.evaluate.study_tables import Table, losses_table, number, plain, sensitivity_table
+from retime.evaluate.study_signals import bouncing_ball, falls, warp_camera, warp_curve, warp_signal
+from retime.evaluate.study_tables import Table, losses_table, number, plain, sensitivity_table, text_values
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
+from retime.warp.session import Session
 from tests.evaluate.figures import jumper
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -117,6 +129,45 @@ def test_a_keyed_spline_keeps_the_duration_of_what_it_is_keyed_for() -> None:
         keyed_spline(motion, keep, 0.4)
 
 
+def test_a_keyed_spline_may_play_what_it_is_keyed_for_at_another_speed() -> None:
+    motion = jumper(lead=1.0, rest=1.0)
+    warp = keyed_spline(motion, [(1.0, 1.5)], 3.0, speed=0.5)
+    back = warp.inverse()
+    assert float(back(1.5) - back(1.0)) == pytest.approx(1.0)
+    assert warp.output_end == pytest.approx(3.0)
+
+
+def test_a_spline_through_a_known_answer_meets_it_where_it_is_keyed() -> None:
+    truth = slow_flights(SAMPLE)
+    warp = spline_through(truth, [0.0, 3.0, 6.0, 99.0], rate=60.0)
+    assert [key.input_time for key in warp.keytimes] == [0.0, 3.0, 6.0, SAMPLE.duration]
+    assert warp.inverse()(6.0) == pytest.approx(float(truth.inverse()(6.0)), abs=1e-6)
+    assert warp.output_end == pytest.approx(truth.output_end)
+
+
+def test_blows_are_where_a_joint_is_fastest() -> None:
+    motion = jumper(lead=1.0, rest=1.0)
+    feet = [name for name in motion.skeleton.names if "Foot" in name]
+    (start, end), *more = fast_spans(motion, feet)
+    assert not more
+    assert 0.8 < start < 1.1
+    assert 1.4 < end < 1.8
+
+
+def test_a_simplified_curve_is_near_the_curve_and_keeps_its_ends_and_gaps() -> None:
+    x = np.linspace(0.0, 10.0, 4001)
+    y = np.exp(np.sin(3 * x))
+    y[2000:2010] = np.nan
+    few_x, few_y = simplified(x, y, reach=10.0)
+    assert len(few_x) < 400
+    assert (few_x[0], few_x[-1]) == (0.0, 10.0)
+    assert np.isnan(few_y).any()
+    for part in (slice(0, 2000), slice(2010, 4001)):
+        there = (few_x >= x[part][0]) & (few_x <= x[part][-1]) & ~np.isnan(few_y)
+        again = np.interp(x[part], few_x[there], np.log10(few_y[there]))
+        assert np.abs(again - np.log10(y[part])).max() < 0.06
+
+
 def test_stretches_that_meet_are_one() -> None:
     motion = jumper(lead=1.0, rest=1.0)
     assert spans_to_keep(motion, [(0.05, 0.5), (0.65, 0.9)], margin=0.1) == ((0.0, pytest.approx(1.0)),)
@@ -175,6 +226,23 @@ def test_one_warp_keeps_a_camera_on_its_figure() -> None:
     assert result.together < 1.0 < result.motion_alone
 
 
+def test_one_warp_keeps_a_curve_on_its_figure() -> None:
+    warp = Warp([0.0, SAMPLE.duration * 0.7], [0.0, SAMPLE.duration])
+    result = warp_curve(SAMPLE, warp)
+    assert result.together < 0.01 < 0.1 < result.motion_alone
+    assert (result.n_input, result.n_output) == (680, 476)
+
+
+def test_a_player_looks_through_the_camera() -> None:
+    result = warp_camera(SAMPLE, Warp([0.0, SAMPLE.duration * 0.7], [0.0, SAMPLE.duration]))
+    (text,) = re.findall(r'<script type="application/json">(.*?)</script>', camera_player_html(result), flags=re.DOTALL)
+    data = json.loads(text)
+    along, left = (np.array(one["camera"]) for one in data["versions"])
+    assert along.shape == left.shape == (data["versions"][0]["count"], 6)
+    assert np.linalg.norm(along[:, :3] - along[:, 3:], axis=1) == pytest.approx(np.full(len(along), 4.12), abs=0.01)
+    assert np.abs(along[-1] - left[-1]).max() > 0.2
+
+
 def test_parts_are_chosen_by_name_in_the_studys_order() -> None:
     assert chosen_parts(None) == PARTS
     assert chosen_parts("signals, v4,V1") == ("V1", "V4", "signals")
@@ -187,14 +255,16 @@ def test_parts_are_chosen_by_name_in_the_studys_order() -> None:
 def row(label: str, kept: int, ratio: float) -> Row:
     return Row(
         Setting(label, label),
-        (Preserved("clip", "65%", 10, kept, 1.0, 1.0),),
+        (Preserved("clip", "65%", 10, kept, 4, min(kept, 4)),),
         (Imitated("case", "limp", "neutral", 0.9, 0.1, 1.0, ratio),),
     )
 
 
 def test_means_over_cases_count_what_could_not_be_had_as_nothing() -> None:
-    one = row("what is recommended", 4, 1.1)
+    one = row(CHOSEN, 4, 1.1)
     assert one.kept() == (4, 10)
+    assert row(CHOSEN, 9, 1.0).kept_high("65%") == (4, 4)
+    assert row(CHOSEN, 9, 1.0).kept_high("80%") == (0, 0)
     assert one.mean("length_ratio") == pytest.approx(100 * math.log(1.1))
     assert math.isnan(one.mean("correlation", kind="boxing"))
     lost = Row(one.setting, (), (Imitated("case", "limp", "given", math.nan, 0.1, 1.0, 1.0),))
@@ -206,14 +276,17 @@ def test_a_length_and_its_inverse_are_equally_far_off() -> None:
 
 
 def test_tables_of_settings_name_every_clip_and_mark_the_recommended() -> None:
-    rows = [row("the paper", 1, 1.0), row("what is recommended", 9, 1.0)]
+    rows = [row("the paper", 1, 1.0), row(CHOSEN, 9, 1.0)]
     assert sensitivity_table(rows).marked == frozenset({1})
     assert losses_table(rows).rows == (("clip", "9 of 10", "1 of 10"),)
 
 
 def test_settings_hold_the_papers_own_and_each_row_once() -> None:
     rows = settings(SETTINGS)
-    assert rows[0].options == {"features": "torso", "time_scale": 1 / 30}
+    assert rows[0].options == AS_PRINTED
+    assert row_of([Row(one, (), ()) for one in rows], {**SETTINGS, "time_scale": 0.1}).setting.label.endswith("0.1 s")
+    with pytest.raises(KeyError, match="999"):
+        row_of([], {"time_scale": 999})
     assert len({(one.group, one.label) for one in rows}) == len(rows)
 
 
@@ -240,14 +313,62 @@ def test_the_sample_has_known_answers_that_the_method_finds() -> None:
     assert guided.inside.correlation > aligned.inside.correlation
 
 
+def test_imitating_one_jump_is_the_same_as_being_guided_by_it() -> None:
+    (found,) = answer_all(Library(Path("unused")), SETTINGS, names=["sample, jump"])
+    guided, imitated = found.attempt("guided, free"), found.attempt("imitate()")
+    assert guided is not None
+    assert imitated is not None
+    assert imitated.inside.correlation == pytest.approx(guided.inside.correlation, abs=0.02)
+
+
+def test_the_study_runs_with_the_packages_own_choices() -> None:
+    by_itself, said = Session(SAMPLE).solve(length="65%"), Session(SAMPLE, **SETTINGS).solve(length="65%")
+    assert np.array_equal(by_itself.path.frames, said.path.frames)
+    assert by_itself.total == said.total
+
+
 def test_the_samples_flights_are_kept_at_every_length() -> None:
-    chosen = [Setting("what is recommended", "", SETTINGS)]
+    chosen = [Setting(CHOSEN, "", SETTINGS)]
     (found,) = measure(Library(Path("unused")), chosen, jumps=["sample"], answers=[])
     assert found.kept()[0] == found.kept()[1] > 0
 
 
 def test_every_evaluation_of_the_paper_is_run() -> None:
     assert set(PAPER) == {f"V{i}" for i in range(1, 9)} <= set(EVALUATIONS) <= set(PARTS)
+
+
+def test_the_prototypes_questions_are_answered_one_by_one(captures: Library) -> None:
+    kept = tuple(Preserved("clip", length, 10, 9, 4, 3) for length in ("80%", "65%", "50%"))
+    ratios = tuple(
+        Imitated(case, "jump", weight, 0.9, 0.1, 1.0, 1.1)
+        for case in ("01_01", "49_02")
+        for weight in ("neutral", "sum")
+    )
+    rows = [
+        Row(Setting(CHOSEN if options == SETTINGS else "other", "", options), kept, ratios)
+        for options in (
+            {**SETTINGS, "score": score, "time_scale": scale}
+            for score in ("joint", "conditional")
+            for scale in (1 / 30, 0.1, 0.2)
+        )
+    ]
+    found = {one.what: one.here for one in compare(captures, rows, SETTINGS)}
+    assert len(ACROSS) == 3
+    assert found["in-flight frames kept at 65%"] == "3 of 4"
+    assert found["clips that lose some with τ = 1/30 s, 65%"] == "1 of 1"
+    low, high = map(float, found["… with the right length given"].split("–"))
+    assert 0.9 < low <= high <= 1.0
+    (neutral,) = [here for what, here in found.items() if "neutral, joint, τ = 0.2" in what]
+    assert neutral == "110 %, 110 %"
+
+
+def test_numbers_of_the_text_are_those_of_the_rows() -> None:
+    torso = Row(Setting("", "", {**SETTINGS, "features": "torso"}), row("", 2, 1.0).preserved, ())
+    chosen = Row(Setting(CHOSEN, "", SETTINGS), row("", 9, 1.0).preserved, row("", 9, 1.0).imitated)
+    values = text_values([torso, chosen], ())
+    assert (values["kept-default"], values["share-torso"], values["kept-high"]) == ("9 of 10", "20 %", "4 of 4")
+    assert values["limps-default"] == "0.90"
+    assert values["jumps-default"] == "–"
 
 
 @pytest.fixture(scope="module")
@@ -315,6 +436,7 @@ def test_the_numbers_are_json_without_nan(written) -> None:
     results, found = written
     document = json.loads(found.numbers.read_text(encoding="utf-8"), parse_constant=pytest.fail)
     assert document["evaluations"][0]["key"] == "V5"
+    assert document["values"].keys() == {"excess"}
     assert document["tables"].keys() == {"V5", "sizes"}
     assert numbers(results)["settings"] == SETTINGS
 
@@ -326,8 +448,8 @@ def test_pictures_are_written_for_what_was_run(written) -> None:
 
 
 def test_a_study_of_nothing_has_no_tables() -> None:
-    empty = Results((), (), (), None, None, 0.0, {})
-    assert numbers(empty)["tables"] == {}
+    empty = Results((), (), (), (), None, None, None, 0.0, {})
+    assert numbers(empty)["tables"] == numbers(empty)["values"] == {}
 
 
 def test_answers_name_clips_that_are_there(mocap: Path) -> None:

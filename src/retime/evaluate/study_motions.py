@@ -254,10 +254,10 @@ def weaken(motion: Motion, joints: Sequence[str], *, share: float = 0.5) -> Warp
     return replace(warp, output_times=warp.output_times * (motion.duration / warp.output_end))
 
 
-def fast_spans(motion: Motion, joints: Sequence[str], *, times: float = 2.0) -> tuple[tuple[float, float], ...]:
-    """Find blows: input times between which the faster of some joints is faster than `times` its median."""
+def fast_spans(motion: Motion, joints: Sequence[str], *, share: float = 0.15) -> tuple[tuple[float, float], ...]:
+    """Find blows: input times of the `share` of all frames in which the faster of some joints is fastest."""
     speed = _fastest(motion, joints)
-    fast = np.concatenate([[0], (speed > times * np.median(speed)).astype(np.int8), [0]])
+    fast = np.concatenate([[0], (speed > np.quantile(speed, 1 - share)).astype(np.int8), [0]])
     edges = np.flatnonzero(np.diff(fast)).reshape(-1, 2) / float(motion.rate)
     return tuple((float(start), min(float(end), motion.duration)) for start, end in edges)
 

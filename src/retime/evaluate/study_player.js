@@ -1,9 +1,16 @@
 // Plays skeletons side by side on one clock. No library, no request: all data stands in the page.
 "use strict";
 (() => {
-  const INK = "#1f2933", RIGHT = "#1f2933", LEFT = "#8fa3b5", TRUNK = "#486581", ALOFT = "#b45309", GRID = "#e4e7eb";
   const PITCH = 0.16;
   const players = [];
+
+  // The page's style says what is drawn in which colour, in a light and in a dark surrounding.
+  const colors = {};
+  function readColors() {
+    const style = getComputedStyle(document.documentElement);
+    for (const name of ["right", "left", "trunk", "aloft", "grid", "flight", "unit", "speed"])
+      colors[name] = style.getPropertyValue(`--${name}`).trim();
+  }
 
   function decode(text) {
     const raw = atob(text), bytes = new Uint8Array(raw.length);
@@ -18,6 +25,31 @@
     for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
     made.append(...children);
     return made;
+  }
+
+  // Two ways to see a figure. Each returns where a place in metres is on the canvas, pixels a metre, and the middle.
+  function beside(x0, z0, ground, yaw, w, h) {
+    const size = Math.min(h / 2.4, w / 1.75), cos = Math.cos(yaw), sin = Math.sin(yaw);
+    const tilt = Math.sin(PITCH), rise = Math.cos(PITCH);
+    const project = (x, y, z) => [
+      w / 2 + size * ((x - x0) * cos + (z - z0) * sin),
+      h * 0.92 - size * ((y - ground) * rise - ((z - z0) * cos - (x - x0) * sin) * tilt),
+    ];
+    return [project, size, x0, z0];
+  }
+
+  function through([px, py, pz, ax, ay, az], w, h) {
+    const far = Math.hypot(ax - px, ay - py, az - pz);
+    const [fx, fy, fz] = [(ax - px) / far, (ay - py) / far, (az - pz) / far];
+    const level = Math.hypot(fx, fz), [rx, rz] = [-fz / level, fx / level];
+    const [ux, uy, uz] = [-rz * fy, rz * fx - rx * fz, rx * fy];
+    const zoom = far * h / 2.7;
+    const project = (x, y, z) => {
+      const [dx, dy, dz] = [x - px, y - py, z - pz], depth = dx * fx + dy * fy + dz * fz;
+      if (depth < 0.3) return null;
+      return [w / 2 + zoom * (dx * rx + dz * rz) / depth, h / 2 - zoom * (dx * ux + dy * uy + dz * uz) / depth];
+    };
+    return [project, zoom / far, ax, az];
   }
 
   class View {
@@ -76,46 +108,54 @@
       const z0 = this.follow[2 * i + 1] + share * (this.follow[2 * next + 1] - this.follow[2 * i + 1]);
 
       const canvas = this.stage, pen = canvas.getContext("2d"), w = canvas.width, h = canvas.height;
-      const size = Math.min(h / 2.55, w / 1.85), cos = Math.cos(yaw), sin = Math.sin(yaw);
-      const tilt = Math.sin(PITCH), rise = Math.cos(PITCH);
-      const across = (x, z) => w / 2 + size * ((x - x0) * cos + (z - z0) * sin);
-      const up = (x, y, z) => h * 0.92 - size * ((y - ground) * rise - ((z - z0) * cos - (x - x0) * sin) * tilt);
+      const camera = data.camera && data.camera[i].map((value, k) => value + share * (data.camera[next][k] - value));
+      const [project, size, mx, mz] = camera ? through(camera, w, h) : beside(x0, z0, ground, yaw, w, h);
       pen.clearRect(0, 0, w, h);
 
       // The ground: lines half a metre apart, so that one sees how far the figure goes.
-      pen.strokeStyle = GRID;
+      pen.strokeStyle = colors.grid;
       pen.lineWidth = h / 260;
       const reach = 2, gap = 0.5;
       pen.beginPath();
-      for (let k = Math.ceil((x0 - reach) / gap); k * gap <= x0 + reach; k++) {
-        pen.moveTo(across(k * gap, z0 - reach), up(k * gap, ground, z0 - reach));
-        pen.lineTo(across(k * gap, z0 + reach), up(k * gap, ground, z0 + reach));
-      }
-      for (let k = Math.ceil((z0 - reach) / gap); k * gap <= z0 + reach; k++) {
-        pen.moveTo(across(x0 - reach, k * gap), up(x0 - reach, ground, k * gap));
-        pen.lineTo(across(x0 + reach, k * gap), up(x0 + reach, ground, k * gap));
-      }
+      const line = (x1, z1, x2, z2) => {
+        const a = project(x1, ground, z1), b = project(x2, ground, z2);
+        if (a && b) { pen.moveTo(...a); pen.lineTo(...b); }
+      };
+      for (let k = Math.ceil((mx - reach) / gap); k * gap <= mx + reach; k++)
+        line(k * gap, mz - reach, k * gap, mz + reach);
+      for (let k = Math.ceil((mz - reach) / gap); k * gap <= mz + reach; k++)
+        line(mx - reach, k * gap, mx + reach, k * gap);
       pen.stroke();
 
       const aloft = data.aloft && data.aloft[i];
       pen.lineCap = pen.lineJoin = "round";
       for (const [side, line] of this.shared.chains) {
-        pen.strokeStyle = side === "left" ? LEFT : side === "right" ? RIGHT : aloft ? ALOFT : TRUNK;
+        pen.strokeStyle = side === "" && aloft ? colors.aloft : colors[side || "trunk"];
         pen.lineWidth = size * (side === "" ? 0.05 : 0.042);
+        const places = line.map(node => project(...this.place.subarray(3 * node, 3 * node + 3)));
+        if (places.includes(null)) continue;
         pen.beginPath();
-        line.forEach((node, at) => {
-          const x = this.place[3 * node], y = this.place[3 * node + 1], z = this.place[3 * node + 2];
-          if (at) pen.lineTo(across(x, z), up(x, y, z)); else pen.moveTo(across(x, z), up(x, y, z));
-        });
+        for (const place of places) pen.lineTo(...place);
         pen.stroke();
       }
       if (this.shared.head) {
         const [node, radius] = this.shared.head;
-        const x = this.place[3 * node], y = this.place[3 * node + 1], z = this.place[3 * node + 2];
-        pen.fillStyle = aloft ? ALOFT : TRUNK;
+        const place = project(...this.place.subarray(3 * node, 3 * node + 3));
+        pen.fillStyle = aloft ? colors.aloft : colors.trunk;
         pen.beginPath();
-        pen.arc(across(x, z), up(x, y, z), size * radius, 0, 2 * Math.PI);
+        if (place) pen.arc(...place, size * radius, 0, 2 * Math.PI);
         pen.fill();
+      }
+      if (camera) {
+        // Where the camera looks.
+        pen.strokeStyle = colors.aloft;
+        pen.lineWidth = h / 200;
+        pen.beginPath();
+        for (const [dx, dy] of [[1, 0], [0, 1]]) {
+          pen.moveTo(w / 2 - dx * h / 24, h / 2 - dy * h / 24);
+          pen.lineTo(w / 2 + dx * h / 24, h / 2 + dy * h / 24);
+        }
+        pen.stroke();
       }
 
       const over = time > data.seconds + 1e-9;
@@ -131,15 +171,15 @@
       const wide = w / this.shared.longest, data = this.data;
       pen.clearRect(0, 0, w, h);
       if (data.speeds) {
-        pen.fillStyle = "#fbe3c8";
+        pen.fillStyle = colors.flight;
         for (const [a, b] of data.flights) pen.fillRect(a * wide, 0, Math.max(1, (b - a) * wide), h);
-        pen.strokeStyle = "#bcccdc";
+        pen.strokeStyle = colors.unit;
         pen.lineWidth = 1;
         pen.beginPath();
         pen.moveTo(0, h / 2);
         pen.lineTo(data.seconds * wide, h / 2);
         pen.stroke();
-        pen.strokeStyle = INK;
+        pen.strokeStyle = colors.speed;
         pen.lineWidth = h / 34;
         pen.beginPath();
         data.speeds.forEach((speed, i) => {
@@ -151,7 +191,7 @@
         });
         pen.stroke();
       }
-      pen.fillStyle = ALOFT;
+      pen.fillStyle = colors.aloft;
       pen.fillRect(Math.min(t * wide, w - 2), 0, Math.max(2, w / 200), h);
     }
   }
@@ -160,6 +200,7 @@
     constructor(root) {
       const data = JSON.parse(root.querySelector("script").textContent);
       this.key = data.key;
+      this.root = root;
       data.longest = Math.max(...data.versions.map(version => version.seconds));
       this.data = data;
       this.views = data.versions.map(version => new View(version, data));
@@ -240,15 +281,21 @@
     }
   }
 
+  readColors();
   for (const root of document.querySelectorAll(".player")) players.push(new Player(root));
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    readColors();
+    for (const player of players) player.draw();
+  });
 
   // "#V4@3.2" shows V4 at 3.2 seconds, "#@3.2" every player: a moment can be linked to.
   function go() {
     const asked = /^#(\w*)@([\d.]+)$/.exec(decodeURIComponent(location.hash));
     if (!asked) return;
     for (const player of players) if (!asked[1] || player.key === asked[1]) player.hold(Number(asked[2]));
-    const place = asked[1] && document.getElementById(asked[1]);
-    if (place) place.scrollIntoView();
+    const shown = asked[1] && players.find(player => player.key === asked[1]);
+    const place = shown && shown.root.closest("section");
+    if (place) place.scrollIntoView({behavior: "instant"});
   }
   window.addEventListener("hashchange", go);
   go();

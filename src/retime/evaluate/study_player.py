@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import importlib.resources
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from retime.evaluate.metrics import ANALYSIS_RATE
 from retime.evaluate.stick_figure import HEAD_RADIUS, view_of
 from retime.evaluate.strip import in_flight, output_intervals
 from retime.evaluate.study import Evaluation, Version
+from retime.evaluate.study_signals import CameraResult
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
@@ -29,11 +30,7 @@ def player_html(evaluation: Evaluation) -> str:
 
     The page must hold `player_script` once, after all players.
     """
-    data = json.dumps(player_data(evaluation), separators=(",", ":")).replace("</", "<\\/")
-    return (
-        f'<div class="player" data-key="{evaluation.key}"><noscript>The animation needs JavaScript.</noscript>'
-        f'<script type="application/json">{data}</script></div>'
-    )
+    return _html(evaluation.key, player_data(evaluation))
 
 
 def player_script() -> str:
@@ -51,14 +48,45 @@ def player_data(evaluation: Evaluation) -> dict[str, Any]:
         line), ``head`` (node and radius in metres), ``heading`` (radians: where the figure faces, seen from above) and
         ``versions``.
     """
-    view = view_of(evaluation.motion)
-    scale = metres_per_unit(evaluation.motion)
+    figure, used, start = _figure_data(evaluation.motion)
+    versions = [_version_data(version, evaluation, used, start) for version in evaluation.versions]
+    return figure | {"key": evaluation.key, "versions": versions}
+
+
+def camera_player_html(result: CameraResult) -> str:
+    """Write a player that looks at a warped figure through its camera, warped with it and left as it was."""
+    motion = result.motion
+    figure, used, start = _figure_data(motion)
+    shown = {"seconds": motion.duration, **_poses_data(motion, used, start)}
+    views = [
+        ("camera warped with the figure", "by the same warp", result.shown),
+        ("camera as it was", "what goes wrong otherwise", result.left),
+    ]
+    versions = []
+    for label, note, camera in views:
+        times = np.minimum(_pose_times(motion), (camera.n_frames - 1) / float(camera.rate))
+        places = camera.at(times).values * metres_per_unit(motion) - np.tile(start, 2)
+        versions.append({"label": label, "note": note, **shown, "camera": np.round(places, 3).tolist()})
+    return _html("camera", figure | {"key": "camera", "versions": versions})
+
+
+def _html(key: str, data: Mapping[str, Any]) -> str:
+    text = json.dumps(data, separators=(",", ":")).replace("</", "<\\/")
+    return (
+        f'<div class="player" data-key="{key}"><noscript>The animation needs JavaScript.</noscript>'
+        f'<script type="application/json">{text}</script></div>'
+    )
+
+
+def _figure_data(motion: Motion) -> tuple[dict[str, Any], list[int], FloatArray]:
+    """Collect what all versions share; and which nodes are drawn, and where on the ground they are counted from."""
+    view = view_of(motion)
+    scale = metres_per_unit(motion)
     used = sorted({node for chain in view.chains for node in chain.nodes} | ({view.head} if view.head >= 0 else set()))
     place = {node: i for i, node in enumerate(used)}
     across = view.across.mean(axis=0)
-    start = node_places(evaluation.motion, np.zeros(1))[0, 0] * [1.0, 0.0, 1.0]
-    return {
-        "key": evaluation.key,
+    start = node_places(motion, np.zeros(1))[0, 0] * [1.0, 0.0, 1.0]
+    figure = {
         "rate": _RATE,
         "grain": _GRAIN,
         "chains": [[chain.side, [place[node] for node in chain.nodes]] for chain in view.chains],
@@ -66,19 +94,27 @@ def player_data(evaluation: Evaluation) -> dict[str, Any]:
         "heading": float(np.arctan2(across[1], across[0])),
         "ground": view.ground * scale,
         "nodes": len(used),
-        "versions": [_version_data(version, evaluation, used, start) for version in evaluation.versions],
     }
+    return figure, used, start
+
+
+def _pose_times(motion: Motion) -> FloatArray:
+    return np.append(np.arange(int(np.ceil(motion.duration * _RATE - 1e-6))) / _RATE, motion.duration)
+
+
+def _poses_data(motion: Motion, used: Sequence[int], start: FloatArray) -> dict[str, Any]:
+    places = node_places(motion, _pose_times(motion))[:, used] - start
+    return {"poses": base64.b64encode(_whole(places)).decode("ascii"), "count": len(places)}
 
 
 def _version_data(version: Version, evaluation: Evaluation, used: Sequence[int], start: FloatArray) -> dict[str, Any]:
     motion = version.motion
-    times = np.append(np.arange(int(np.ceil(motion.duration * _RATE - 1e-6))) / _RATE, motion.duration)
+    times = _pose_times(motion)
     data: dict[str, Any] = {
         "label": version.label,
         "note": version.note,
         "seconds": motion.duration,
-        "poses": base64.b64encode(_whole(node_places(motion, times)[:, used] - start)).decode("ascii"),
-        "count": len(times),
+        **_poses_data(motion, used, start),
     }
     if version.warp is not None:
         # The speed that is seen between one pose and the next, and whether the input is in flight then.

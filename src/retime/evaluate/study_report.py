@@ -13,7 +13,7 @@ from typing import Any
 from retime.evaluate.study import Evaluation
 from retime.evaluate.study_choices import SETTINGS
 from retime.evaluate.study_figures import draw_answers, draw_evaluation, draw_signal, draw_speeds
-from retime.evaluate.study_player import player_html, player_script
+from retime.evaluate.study_player import camera_player_html, player_html, player_script
 from retime.evaluate.study_run import Results
 from retime.evaluate.study_tables import (
     Table,
@@ -189,7 +189,12 @@ def report_html(results: Results, pictures: dict[str, Path]) -> str:
     shown = tables(results)
     style = importlib.resources.files("retime.evaluate").joinpath("study_report.css").read_text(encoding="utf-8")
     sections = [_evaluation_section(one, shown, pictures) for one in results.evaluations]
-    sections += [_part_section(name, shown, pictures) for name in _ABOUT if name in shown or name in pictures]
+    players = {} if results.camera is None else {"signals": camera_player_html(results.camera)}
+    sections += [
+        _part_section(name, shown, pictures, players.get(name, ""))
+        for name in _ABOUT
+        if name in shown or name in pictures
+    ]
     links = [(one.key, one.key) for one in results.evaluations]
     links += [(name, about[0]) for name, about in _ABOUT.items() if name in shown or name in pictures]
     menu = "".join(f'<a href="#{name}">{html.escape(text)}</a>' for name, text in links)
@@ -236,11 +241,12 @@ def _evaluation_section(evaluation: Evaluation, shown: dict[str, Table], picture
 """
 
 
-def _part_section(name: str, shown: dict[str, Table], pictures: dict[str, Path]) -> str:
+def _part_section(name: str, shown: dict[str, Table], pictures: dict[str, Path], player: str) -> str:
     title, about = _ABOUT[name]
     table = shown[name].html() if name in shown else ""
     picture = _picture(pictures[name], title) if name in pictures else ""
-    return f'<section id="{name}"><h2>{html.escape(title)}</h2><p>{html.escape(about)}</p>{table}{picture}</section>\n'
+    head = f"<h2>{html.escape(title)}</h2><p>{html.escape(about)}</p>"
+    return f'<section id="{name}">{head}{player}{table}{picture}</section>\n'
 
 
 def _picture(path: Path, text: str) -> str:
