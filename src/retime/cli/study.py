@@ -28,7 +28,7 @@ from retime.errors import MissingExtraError
     cls=Option,
     section="What",
     metavar="PARTS",
-    help="Some parts, with commas between them: V1 to V8, V6b, answers, sensitivity, signals.",
+    help="Some parts, with commas between them: V1 to V8, V6b, V7b, answers, sensitivity, signals.",
 )
 @click.option(
     "--quick",

@@ -25,6 +25,7 @@ from retime.evaluate.study_motions import (
     example_of,
     fast_spans,
     limp,
+    limp_answer,
     slow_flights,
     steps,
     walking_spans,
@@ -192,7 +193,7 @@ class Evaluation:
     Attributes
     ----------
     key : str
-        "V1" to "V8"; "V6b" is a sixth with a known answer.
+        "V1" to "V8"; "V6b" and "V7b" are further ones, with known answers.
     title, about, clip : str
         What it shows, in words, and on which capture.
     motion : Motion
@@ -605,6 +606,41 @@ def v7(clips: Library, repeats: int) -> Evaluation:
     )
 
 
+def v7b(clips: Library, repeats: int) -> Evaluation:
+    """Carry a limp from one clip to another of the same person."""
+    answer = limp_answer("07_01 on 07_10", clips["07_01"], clips["07_10"])
+    motion, reference, truth = answer.motion, answer.reference, answer.truth
+    options: dict[str, Any] = {"length": "free", "max_skip": 8, "upsample": 4}
+    found, row = solve_timed(motion, reference, {**SETTINGS, **options}, repeats=repeats)
+    given = round(truth.output_duration * float(motion.rate)) + 1
+    known = Session(motion, reference=Reference(reference), **SETTINGS).solve(length=given, max_skip=8, upsample=4)
+    look = _Looker(motion, reference, truth=truth, spans=answer.spans)
+    spline = spline_through(truth, [step.time for step in steps(motion)], rate=float(motion.rate))
+    versions = (
+        look.input(),
+        look.version("by hand", "every cycle warped by hand: the answer", truth),
+        look.version("linear", "one speed for all, to the hand's length", _stretched(motion, truth.output_duration)),
+        look.version("spline with keys", f"through {len(spline.keytimes)} of the hand's times: every step", spline),
+        look.version(
+            "aligned", "dynamic time warping to the cycle, repeated", align_warp(motion, reference, loop=True)
+        ),
+        look.guided(known, "the right length given", "guided, given length"),
+        look.guided(found, "length found by the search"),
+    )
+    return Evaluation(
+        "V7b",
+        "The limp of one clip, put on another",
+        "One cycle of one clip was warped by hand; another clip of the same person takes its timing from that cycle.",
+        "CMU 07_10: walk; the whole clip, guided by one cycle of 07_01.",
+        motion,
+        versions,
+        found,
+        row,
+        look.flights,
+        options,
+    )
+
+
 def v8(clips: Library, repeats: int) -> Evaluation:
     """One jump is slowed; the rest follows, at a length that nobody gave."""
     motion = replace(clips["01_01"].frames(0, 1524), name="01_01")
@@ -657,6 +693,7 @@ EVALUATIONS: dict[str, Callable[[Library, int], Evaluation]] = {
     "V6": v6,
     "V6b": v6b,
     "V7": v7,
+    "V7b": v7b,
     "V8": v8,
 }
 """By key. Each takes the clips, and how often to repeat what is timed."""

@@ -62,7 +62,7 @@
       this.state = element("p", {class: "state"});
       this.box = element("figure", {class: "view"},
         element("figcaption", {}, element("strong", {}, data.label), element("span", {}, data.note)),
-        this.stage, this.bar, this.state);
+        this.stage, ...(data.camera ? [] : [this.bar]), this.state);
       this.follow = this.smoothRoot();
       this.place = new Float64Array(shared.nodes * 3);
     }
@@ -84,7 +84,7 @@
 
     fit() {
       const ratio = window.devicePixelRatio || 1;
-      for (const canvas of [this.stage, this.bar]) {
+      for (const canvas of this.box.querySelectorAll("canvas")) {
         const box = canvas.getBoundingClientRect();
         const width = Math.max(1, Math.round(box.width * ratio)), height = Math.max(1, Math.round(box.height * ratio));
         if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
@@ -159,10 +159,10 @@
       }
 
       const over = time > data.seconds + 1e-9;
-      const speed = data.speeds ? `${data.speeds[i].toFixed(2)} ×` : "its own time";
+      const speed = data.speeds ? `${data.speeds[i].toFixed(2)} ×` : data.camera ? "seen by the camera" : "its own time";
       this.state.textContent = `${t.toFixed(2)} s  ·  ${over ? "ended" : speed}${aloft && !over ? "  ·  in flight" : ""}`;
       canvas.style.opacity = over ? 0.45 : 1;
-      this.drawBar(t);
+      if (!data.camera) this.drawBar(t);
     }
 
     // Playback speed over output time: a log scale from 1/10 to 10, unit speed in the middle, flights shaded.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from retime.evaluate.study import Evaluation
+from retime.evaluate.study import PAPER, Evaluation
 from retime.evaluate.study_choices import SETTINGS
 from retime.evaluate.study_figures import draw_answers, draw_evaluation, draw_signal, draw_speeds
 from retime.evaluate.study_player import camera_player_html, player_html, player_script
@@ -32,7 +32,8 @@ from retime.formats.files import write_bytes
 
 _CREDIT = (
     "The data used in this project was obtained from mocap.cs.cmu.edu. The database was created with funding from NSF "
-    "EIA-0196217. BVH conversions by Bruce Hahne (cgspeed). Boxing_Toes.bvh: Open Asset Import Library, BSD 3-Clause."
+    "EIA-0196217. BVH conversions by Bruce Hahne (cgspeed). Boxing_Toes.bvh: Open Asset Import Library, BSD 3-Clause. "
+    "test_mocapbank.bvh: bvh-python, MIT, Copyright (c) 2017 20tab srl."
 )
 
 _ABOUT = {
@@ -155,7 +156,7 @@ def write_study(results: Results, folder: Path) -> Written:
         draw_evaluation(evaluation, pictures[evaluation.key])
     if results.evaluations:
         pictures["speeds"] = folder / "speeds.svg"
-        draw_speeds([one for one in results.evaluations if one.key != "V6b"], pictures["speeds"])
+        draw_speeds([one for one in results.evaluations if one.key in PAPER] or results.evaluations, pictures["speeds"])
     if results.answered:
         pictures["answers"] = folder / "answers.svg"
         draw_answers(results.answered, pictures["answers"])
