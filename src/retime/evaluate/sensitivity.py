@@ -185,9 +185,9 @@ def settings(base: Mapping[str, Any]) -> list[Setting]:
         rows += [Setting(group, f"{value:g}", {**base, option: value}) for value in values]
     rows += [
         Setting(
-            "frames a period, where slowed", f"{n}, longest step {4 * n}", {**base, "upsample": n, "max_skip": 4 * n}
+            "frames a period, where slowed", f"{n}, longest step {2 * n}", {**base, "upsample": n, "max_skip": 2 * n}
         )
-        for n in (2, 6, 8)
+        for n in (2, 4, 6, 12)
     ]
     rows += [
         Setting("joints", "hips, feet, hands, head", {**base, "features": _few}),

@@ -220,6 +220,8 @@
         pace.append(element("option", value === 1 ? {value, selected: ""} : {value}, label));
       this.clock = element("output", {});
       const views = element("div", {class: "views"}, ...this.views.map(view => view.box));
+      const count = this.views.length;
+      views.style.setProperty("--columns", count > 6 ? Math.ceil(count / 2) : count);
       root.append(views, element("div", {class: "controls"}, this.button, this.slider, this.clock, pace));
 
       this.button.addEventListener("click", () => { this.wanted = !this.playing; this.set(this.wanted); });
