@@ -6,6 +6,8 @@ from importlib.util import find_spec
 
 # Without a compiler there are no compiled kernels to import.
 collect_ignore = [] if find_spec("retime.kernels._kernels") else ["src/retime/kernels/compiled.py"]
-# Nor is there a server to import without the extra "edit".
+# Nor is there a server to import without the extra "edit", nor a widget without "notebook".
 if not find_spec("starlette"):
     collect_ignore += ["src/retime/server/app.py", "src/retime/server/guard.py"]
+if not find_spec("anywidget"):
+    collect_ignore += ["src/retime/notebook.py"]

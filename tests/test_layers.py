@@ -35,6 +35,8 @@ MAY_IMPORT = {
     # python -m retime
     "__main__": {"cli"},
     "server": {"motion", "warp", "formats", "media", "evaluate", "project"},
+    # The editor in a notebook: the server's messages and session, by another way.
+    "notebook": {"warp", "project", "server"},
     "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
 }
 

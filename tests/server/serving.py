@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import http.client
 import json
-import struct
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +11,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from websockets.sync.client import ClientConnection, connect
 
 from retime import write
@@ -21,6 +19,7 @@ from retime.project.work import new_document, open_document, open_project
 from retime.server.app import Editor, EditorServer
 from retime.server.messages import VERSION
 from tests.cli.figures import curve, figure
+from tests.server.frames import read
 
 
 @dataclass(frozen=True)
@@ -86,20 +85,6 @@ class Page:
     def curve(self, revision: int | None = None) -> dict[str, Any]:
         """Wait for the curve or the problem of a revision, the last asked for where it is left out."""
         return self.until("curve", "problem", revision=self.revision if revision is None else revision)
-
-
-def read(message: str | bytes) -> dict[str, Any]:
-    """Read a message as the page does."""
-    if isinstance(message, str):
-        value: dict[str, Any] = json.loads(message)
-        return value
-    (length,) = struct.unpack_from("<I", message)
-    value = json.loads(message[4 : 4 + length])
-    for place in value.pop("arrays"):
-        count = int(np.prod(place["shape"]))
-        array = np.frombuffer(message, place["dtype"], count, 4 + length + place["offset"])
-        value[place["name"]] = array.reshape(place["shape"])
-    return value
 
 
 @dataclass

@@ -10,7 +10,6 @@ import shutil
 import socket
 import sys
 from collections.abc import AsyncIterator
-from importlib.metadata import version
 from pathlib import Path
 
 import uvicorn
@@ -22,15 +21,13 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from retime.errors import FormatError
-from retime.formats.registry import FORMATS
 from retime.project.places import Places
 from retime.project.work import Work
-from retime.server import messages
+from retime.server import NO_PAGE, PAGE, messages
 from retime.server.guard import BodyTooLarge, Guard
 from retime.server.messages import read_message, write_message
-from retime.server.session import EditorSession, Outbox
+from retime.server.session import EditorSession, Outbox, welcome
 
-PAGE = Path(__file__).parent / "page"
 # Of one message of the page's: a document is a few thousand bytes.
 MAX_MESSAGE = 4 << 20
 
@@ -140,9 +137,7 @@ async def _greeted(socket: WebSocket) -> bool:
     except FormatError as error:
         await socket.close(1003, str(error)[:120])
         return False
-    opens = tuple(suffix for known in FORMATS for suffix in known.suffixes)
-    welcome = messages.Welcome(messages.VERSION, version("retime"), opens)
-    await socket.send_text(str(write_message(welcome)))
+    await socket.send_text(str(write_message(welcome())))
     if hello.version != messages.VERSION:
         await socket.close(1003, "the page is of another version than its server: load it again")
         return False
@@ -159,11 +154,6 @@ async def _send_all(socket: WebSocket, page: Outbox) -> None:
                 await socket.send_bytes(payload)
 
 
-NO_PAGE = (
-    "This installation has no page for the editor. Wheels have it; in a source checkout build it with npm: make page."
-)
-
-
 def listen(port: int) -> socket.socket:
     """Listen on a loopback port; 0 takes any that is free."""
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -178,7 +168,7 @@ def listen(port: int) -> socket.socket:
     return listener
 
 
-class EditorServer(uvicorn.Server):
+class EditorServer(uvicorn.Server):  # type: ignore[misc, unused-ignore]
     """A server of the editor on a loopback port.
 
     Parameters

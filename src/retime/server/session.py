@@ -15,6 +15,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 
 from retime.errors import FormatError, OptionError, RetimeError, RetimeWarning
@@ -62,6 +63,11 @@ class Outbox:
             self._filled.clear()
             await self._filled.wait()
         return self._parts.pop(next(iter(self._parts)))
+
+
+def welcome() -> messages.Welcome:
+    """Return the answer to a page's first message."""
+    return messages.Welcome(messages.VERSION, version("retime"), _OPENS)
 
 
 @dataclass(frozen=True)
@@ -133,6 +139,16 @@ class EditorSession:
     @property
     def _history(self) -> History:
         return self._work.history
+
+    @property
+    def document(self) -> Document:
+        """The document as it is now."""
+        return self._history.present
+
+    @property
+    def warp(self) -> Warp | None:
+        """The warp of the last document that could be solved."""
+        return None if self._good is None else self._good[1].warp
 
     # Pages.
 
