@@ -21,7 +21,7 @@ from measure import Peak
 from retime import Motion, Session, apply_warp, guided_warp, read, write
 from retime.kernels import PathProblem, backend
 from retime.warp.features import difference_scales
-from retime.warp.path import MEMORY_LIMIT, shortest_path
+from retime.warp.path import MEMORY_LIMIT, path_scores, shortest_path
 from retime.warp.score import build_model, triple_scores
 
 N_NEIGHBORS = 3
@@ -65,17 +65,19 @@ def retime(
     kernels: str | None = None,
     first: int = 0,
     last: int | None = None,
-    shuffle: bool = False,
+    bounds: bool = True,
 ) -> Run:
-    """Score with retime; search too where a length is given. `shuffle` puts the reference's frames in random order."""
+    """Score with retime; search too where a length is given. Without `bounds` each triple meets the whole reference."""
     inputs, reference = _poses(case)
-    inputs, use = inputs[first:last], backend(kernels)
+    inputs = inputs[first:last]
+    use: Any = backend(kernels)
+    long = use._LONG if hasattr(use, "_LONG") else 0
 
     def run(stages: Stages) -> None:
         model = build_model([reference], rate=RATE, time_scale=TIME_SCALE, n_neighbors=N_NEIGHBORS)
-        if shuffle:
-            model.features[:] = model.features[order]
         stages.lap("model")
+        if long:
+            use._LONG = long if bounds else sys.maxsize
         scores = triple_scores(inputs, model, max_skip=max_skip, n_neighbors=N_NEIGHBORS, score=score, use=use)
         stages.lap("scores")
         if n_output:
@@ -83,7 +85,6 @@ def retime(
             stages.lap("path")
             stages.facts = {"total": path.total, "optimal": path.optimal, "search": path.search}
 
-    order = np.random.default_rng(0).permutation(len(reference) - 2)
     return run
 
 
@@ -221,6 +222,42 @@ def peer(case: str, *, max_skip: int, library: str, n_output: int | None = None,
     return run
 
 
+def index(case: str, *, max_skip: int, first: int, last: int, lists: int, probes: int) -> Run:
+    """Score by faiss' inverted lists: approximate. Building them is a stage of its own; facts tell what is lost."""
+    import faiss
+
+    inputs, reference = _poses(case)
+    model = build_model([reference], rate=RATE, time_scale=TIME_SCALE, n_neighbors=N_NEIGHBORS)
+    exact = triple_scores(inputs[first:last], model, max_skip=max_skip, n_neighbors=N_NEIGHBORS)
+    part = inputs[first:last] - model.origin
+
+    def run(stages: Stages) -> None:
+        features = model.features.astype(np.float32)
+        quantizer = faiss.IndexFlatL2(features.shape[1])
+        found = faiss.IndexIVFFlat(quantizer, features.shape[1], lists)
+        found.train(features)
+        found.add(features)
+        found.nprobe = probes
+        stages.lap("index")
+        queries, places = peers.triple_features(part, max_skip, model.velocity, model.acceleration)
+        squares, _ = found.search(queries.astype(np.float32), N_NEIGHBORS)
+        scores = np.full(exact.shape, np.inf)
+        scores[tuple(places.T)] = np.sqrt(np.maximum(squares, 0)).mean(axis=1)
+        stages.lap("search")
+        inside = np.isfinite(exact)
+        # Single precision alone can't be off by as much as a wrong neighbour.
+        same = scores[inside] <= exact[inside] * 1.001 + 1e-3
+        n_output = round(0.6 * len(part))
+        best = shortest_path(exact, n_output=n_output)
+        frames = shortest_path(scores, n_output=n_output).frames
+        stages.facts = {
+            "same": float(same.mean()),
+            "excess": path_scores(exact, frames).sum() / best.total - 1,
+        }
+
+    return run
+
+
 def gdtw(case: str, *, n_output: int) -> Run:
     """Align the input's first principal component with an evenly shortened copy of it, on gdtw's own grid."""
     import gdtw as library
@@ -268,18 +305,6 @@ def subtract(*, n_numbers: int, repeats: int) -> Run:
         for _ in range(repeats):
             np.subtract(a, b, out=c)
         stages.lap("subtract")
-
-    return run
-
-
-def products(case: str) -> Run:
-    """Make the three matrix products of the scores alone, in single precision."""
-    inputs, reference = (poses.astype(np.float32) for poses in _poses(case))
-    columns = np.ascontiguousarray(np.tile(reference, (3, 1))).T
-
-    def run(stages: Stages) -> None:
-        inputs @ columns
-        stages.lap("products")
 
     return run
 
@@ -343,7 +368,7 @@ def whole_pybvh(motion: str, output: str) -> Run:
 TASKS: dict[str, Callable[..., Run]] = {
     task.__name__: task
     for task in (
-        copy, gdtw, gemm, path_work, peer, peer_path, products, read_through, retime, retime_path, save_scores, session,
+        copy, gdtw, gemm, index, path_work, peer, peer_path, read_through, retime, retime_path, save_scores, session,
         subtract, whole_pybvh, whole_retime,
     )
 }  # fmt: skip

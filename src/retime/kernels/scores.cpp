@@ -15,6 +15,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <numeric>
 #include <system_error>
 #include <thread>
 
@@ -392,6 +393,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     };
 
     std::vector<Hit> hits(kChunk);
+    std::vector<size_t> chunks((n_panels + kChunk - 1) / kChunk), held(chunks.size());
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
         // The last frame of the tile before becomes the first of this one's.
@@ -415,9 +417,16 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         };
         if (q.low.prune) multiply(q.centres, 0, q.centres.n_panels, of_centres, 0);
 
-        for (size_t panel = 0; panel < n_panels; panel += kChunk) {
-            const size_t n_blocks = std::min(kChunk, n_panels - panel);
-            const bool pruned = q.low.prune && panel > 0;
+        // Chunks that held the neighbours of the frame before come first: there the limits come down.
+        std::fill(held.begin(), held.end(), 0);
+        for (size_t m = 0; m < s * s * count; ++m)
+            if (nearest_rows[m] >= 0) ++held[static_cast<size_t>(nearest_rows[m]) / (kChunk * kPanel)];
+        std::iota(chunks.begin(), chunks.end(), size_t{0});
+        std::stable_sort(chunks.begin(), chunks.end(), [&](size_t one, size_t other) { return held[one] > held[other]; });
+
+        for (const size_t chunk : chunks) {
+            const size_t panel = chunk * kChunk, n_blocks = std::min(kChunk, n_panels - panel);
+            const bool fresh = chunk == chunks.front(), pruned = q.low.prune && !fresh;
             uint32_t needed = pruned ? 0 : (1u << n_blocks) - 1;
             if (pruned) {
                 for (size_t j = first; j < last; ++j)
@@ -444,7 +453,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
                     for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup) {
                         const size_t n_group = std::min({kGroup, s - b + 1, p.n_input - j - b}), t = ((j - first + 1) * s + a - 1) * s + b - 1;
                         const Rows rows = rows_of(tile, j, a, b, n_group, 0);
-                        if (panel == 0)
+                        if (fresh)
                             for (size_t g = 0; g < n_group; ++g) begin_triple(j, a, b + g, t + g, rows, g);
                         uint32_t blocks[kChunk], some = pruned ? masks[t] : needed;
                         size_t n_some = 0;
