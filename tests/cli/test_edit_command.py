@@ -45,7 +45,7 @@ def edited(*arguments: str | Path, folder: Path) -> Iterator[tuple[subprocess.Po
 
 
 def test_it_prints_an_address_that_works_once_the_token_is_exchanged(clips, tmp_path) -> None:
-    with edited(clips.bvh, "--reference", clips.bvh, "--port", "0", folder=tmp_path) as (process, address):
+    with edited(clips.bvh, "--reference", clips.bvh, "--port", "0", "--up", "y", folder=tmp_path) as (process, address):
         host, path = re.fullmatch(r"http://([\d.]+:\d+)(/\?token=[\w-]+)", address).groups()
         connection = http.client.HTTPConnection(host, timeout=30)
         connection.request("GET", path)

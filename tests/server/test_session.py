@@ -416,6 +416,10 @@ EXPORTS = {
         "--length 75% --rate 20 --max-skip 9 --upsample 2 --neighbors 2 --time-scale 0.05 --low-pass 3 "
         "--smoothing 3 --features heading",
     ),
+    "z up": (
+        {"clips": [{"path": "jump.bvh", "up": "z"}], "references": [{"path": "leap.bvh", "up": "z"}], "length": "75%"},
+        "--up z --reference leap.bvh --length 75%",
+    ),
     "a loop": ({"length": "150f", "options": {"loop": True}}, "--length 150f --loop"),
     "a spline": ({"keys": [KEY], "options": {"method": "spline"}}, "--key 2=1.5 --method spline"),
     "straight lines": ({"length": "65%", "options": {"method": "linear"}}, "--length 65% --method linear"),

@@ -113,6 +113,7 @@ export function setReferenceRange(document: Document, range: { first: number; la
     mirror: false,
     fps: null,
     skeleton: null,
+    up: null,
     joint_map: null,
   };
   if (range === null && plain.path === null && rest.length === 0 && !plain.mirror) {

@@ -14,6 +14,7 @@ export interface ClipFile {
   readonly last_frame: number | null;
   readonly fps: string | null;
   readonly skeleton: string | null;
+  readonly up: "y" | "z" | null;
 }
 
 /** What the input is to move like. */
@@ -25,6 +26,7 @@ export interface ReferenceFile {
   readonly mirror: boolean;
   readonly fps: string | null;
   readonly skeleton: string | null;
+  readonly up: "y" | "z" | null;
   readonly joint_map: string | null;
 }
 

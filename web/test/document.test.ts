@@ -15,7 +15,7 @@ import type { Document, Key } from "../src/messages";
 import { parseSpeeds, speedsText } from "../src/panels/inspector";
 
 const EMPTY: Document = {
-  clips: [{ path: "walk.bvh", role: "search", first_frame: null, last_frame: null, fps: null, skeleton: null }],
+  clips: [{ path: "walk.bvh", role: "search", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null }],
   references: [],
   keys: [],
   locks: [],

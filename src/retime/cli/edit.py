@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -33,6 +34,15 @@ _EXAMPLES = (
     multiple=True,
     default_text="the clip itself",
     help="Imitate the timing of this clip; repeat for more.",
+)
+@click.option(
+    "--up",
+    cls=Option,
+    section="Input",
+    metavar="AXIS",
+    type=click.Choice(["y", "z"]),
+    default_text="as the format says",
+    help="The axis that is up in the files.",
 )
 @click.option(
     "--project",
@@ -68,6 +78,7 @@ def command(
     *,
     clips: tuple[Path, ...],
     references: tuple[Path, ...],
+    up: Literal["y", "z"] | None,
     project: Path | None,
     folders: tuple[Path, ...],
     port: int,
@@ -91,7 +102,9 @@ def command(
 
     named = [*clips, *references, *([] if project is None else [project])]
     places = Places([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named)
-    document = new_document([str(clip) for clip in clips], [str(path) for path in references]) if clips else None
+    document = None
+    if clips:
+        document = new_document([str(clip) for clip in clips], [str(path) for path in references], up=up)
     if project is not None:
         if document is not None and project.exists():
             raise OptionError(f"{project} is there already, with clips of its own: open it without naming others")

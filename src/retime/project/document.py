@@ -32,6 +32,8 @@ class ClipFile:
         Frames a second, in place of what the file declares.
     skeleton : str, optional
         The ASF of an AMC, where it can't be found beside it.
+    up : {"y", "z"}, optional
+        The axis that is up in the file; left out, what the format says.
     """
 
     path: str
@@ -40,6 +42,7 @@ class ClipFile:
     last_frame: int | None = None
     fps: str | None = None
     skeleton: str | None = None
+    up: Literal["y", "z"] | None = None
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ class ReferenceFile:
         How much nearer it looks than it is; above 0.
     mirror : bool
         Imitate its mirror image too.
-    fps, skeleton : str, optional
+    fps, skeleton, up : str, optional
         As of a clip.
     joint_map : str, optional
         A file that says which of its joints is which of the clip's.
@@ -69,6 +72,7 @@ class ReferenceFile:
     mirror: bool = False
     fps: str | None = None
     skeleton: str | None = None
+    up: Literal["y", "z"] | None = None
     joint_map: str | None = None
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.formats.joint_map import read_joint_map
 from retime.formats.registry import read
+from retime.motion.kinematics import seems_z_up
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.motion.timecode import parse_frame_range
@@ -75,9 +76,11 @@ def as_paths(text: str) -> Path:
 def read_clip(file: ClipFile | ReferenceFile, path: Path, find: Find) -> AnyClip:
     """Read one clip and cut out the frames used."""
     skeleton = None if file.skeleton is None else find(file.skeleton)
-    clip = read(path, rate=file.fps, skeleton=skeleton)
+    clip = read(path, rate=file.fps, skeleton=skeleton, up=file.up)
     if not clip.name:
         clip = replace(clip, name=path.stem)
+    if file.up is None and isinstance(clip, Motion) and seems_z_up(clip):
+        warnings.warn(f"{clip.name}: the figure stands along Z; say so if Z is up in this file", RetimeWarning, 2)
     return _cut(clip, file)
 
 

@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from retime.errors import FormatError, OptionError
 from retime.formats.files import read_bytes
@@ -122,8 +123,10 @@ class Work:
         self.journal.close(remove=self.is_saved)
 
 
-def new_document(clips: list[str], references: list[str] | None = None) -> Document:
-    """Make a document of files: the first is retimed, the others get its warp.
+def new_document(
+    clips: list[str], references: list[str] | None = None, *, up: Literal["y", "z"] | None = None
+) -> Document:
+    """Make a document of files: the first is retimed, the others get its warp; `up` is as in `ClipFile`.
 
     Raises
     ------
@@ -139,8 +142,8 @@ def new_document(clips: list[str], references: list[str] | None = None) -> Docum
             raise OptionError(f"{path!r}: the editor needs a name that is text") from None
     first, *rest = files
     return Document(
-        (ClipFile(first), *(ClipFile(path, role="follow") for path in rest)),
-        references=tuple(ReferenceFile(path) for path in others),
+        (ClipFile(first, up=up), *(ClipFile(path, role="follow", up=up) for path in rest)),
+        references=tuple(ReferenceFile(path, up=up) for path in others),
     )
 
 

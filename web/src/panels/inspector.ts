@@ -273,7 +273,8 @@ export class Inspector {
     const range = make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input);
     const mirror = check("Its mirror image too", "Imitate left as right too", (on) => {
       const plain = setReferenceRange(this.document, null).references[0] ?? {
-        path: null, first_frame: null, last_frame: null, weight: 1, mirror: false, fps: null, skeleton: null, joint_map: null,
+        path: null, first_frame: null, last_frame: null, weight: 1, mirror: false, fps: null, skeleton: null, up: null,
+        joint_map: null,
       };
       const [first, ...rest] = this.document.references;
       const next = { ...(first ?? plain), mirror: on };
