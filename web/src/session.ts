@@ -55,7 +55,6 @@ export class Session implements LinkEvents {
   private revision = 0;
   private inFlight: {
     revision: number;
-    moves: readonly number[];
     sent: number;
     acknowledged: boolean;
     /** The server told of an older state after this was sent: because it refused it, or because it had saved. */
@@ -63,7 +62,8 @@ export class Session implements LinkEvents {
   } | null = null;
   private patience: ReturnType<typeof setTimeout> | undefined;
   private gestures = 0;
-  /** Moves whose curve came, for the measurement. */
+  /** Moves whose curve has not come, and those whose curve came: for the measurement. */
+  private unansweredMoves: { revision: number; moves: readonly number[] }[] = [];
   private answeredMoves: number[] = [];
 
   constructor(
@@ -238,11 +238,13 @@ export class Session implements LinkEvents {
     this.gate.reset();
     clearTimeout(this.patience);
     this.inFlight = null;
+    this.unansweredMoves = [];
   }
 
   private settle(revision: number): void {
+    this.answeredMoves.push(...this.unansweredMoves.filter((one) => one.revision <= revision).flatMap((one) => one.moves));
+    this.unansweredMoves = this.unansweredMoves.filter((one) => one.revision > revision);
     if (!this.inFlight || revision < this.inFlight.revision) return;
-    this.answeredMoves.push(...this.inFlight.moves);
     this.inFlight = null;
     clearTimeout(this.patience);
     this.gate.answered();
@@ -251,7 +253,8 @@ export class Session implements LinkEvents {
   private sendCommand(command: Command, moves: readonly number[]): boolean {
     if (!this.link) return false;
     const revision = ++this.revision;
-    this.inFlight = { revision, moves, sent: performance.now(), acknowledged: false, doubted: false };
+    this.unansweredMoves.push({ revision, moves });
+    this.inFlight = { revision, sent: performance.now(), acknowledged: false, doubted: false };
     this.say({ ...command, revision });
     this.awaitAnswer(revision);
     return true;

@@ -11,12 +11,20 @@ import { Cast, COMPANION, OUTPUT } from "./cast";
 import { Ground } from "./ground";
 import { SignalView } from "./signals";
 
+/** While something is dragged, milliseconds that pass at least between two pictures of a stage drawn without a GPU. */
+const SLOW_MS = 120;
+
 /** Seconds of output to each side of the playhead that trails and onion skins cover, and between onion skins. */
 const AROUND = 1.2;
 const ONION_STEP = 0.2;
 
 export class Stage {
   private readonly renderer: THREE.WebGLRenderer | null;
+  /** Without a graphics card the processor draws, which has the curve to find meanwhile. */
+  private readonly slow: boolean = drawsInSoftware();
+  private drawn = 0;
+  private later: ReturnType<typeof setTimeout> | undefined;
+  private shape = "";
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.PerspectiveCamera(32, 1, 0.01, 1000);
   private readonly controls: OrbitControls | null = null;
@@ -30,7 +38,7 @@ export class Stage {
     private readonly store: Store,
     private readonly theme: Theme,
   ) {
-    this.renderer = makeRenderer();
+    this.renderer = makeRenderer(!this.slow);
     if (this.renderer) {
       const canvas = this.renderer.domElement;
       canvas.setAttribute("role", "img");
@@ -65,7 +73,11 @@ export class Stage {
     for (const topic of ["clips", "theme", "curve", "playhead", "view", "hover", "why", "size"] as const) {
       if (changed.has(topic)) this.stale = true;
     }
-    if (this.stale) this.draw(this.renderer);
+    if (!this.stale) return;
+    const wait = this.slow && this.store.dragging ? this.drawn + SLOW_MS - performance.now() : 0;
+    clearTimeout(this.later);
+    if (wait > 0) this.later = setTimeout(() => this.store.touch("size"), wait);
+    else this.draw(this.renderer);
   }
 
   /** Look at all of the figures again, from where the camera stood at first. */
@@ -125,6 +137,7 @@ export class Stage {
 
   private draw(renderer: THREE.WebGLRenderer): void {
     this.stale = false;
+    this.drawn = performance.now();
     const { store } = this;
     const { view, playback, knots, companionKnots } = store;
     if (!knots) return;
@@ -147,9 +160,14 @@ export class Stage {
 
     const width = Math.max(this.root.clientWidth, 1);
     const height = Math.max(this.root.clientHeight, 1);
-    renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    renderer.setSize(width, height, false);
-    renderer.setScissorTest(true);
+    const ratio = this.slow ? 1 : Math.min(devicePixelRatio, 2);
+    const shape = `${width} ${height} ${ratio}`;
+    if (shape !== this.shape) {
+      this.shape = shape;
+      renderer.setPixelRatio(ratio);
+      renderer.setSize(width, height, false);
+      renderer.setScissorTest(true);
+    }
     const focus = this.casts.find((cast) => cast.clip === store.clips[view.clip]) ?? this.casts[0];
     const places = focus?.places();
     const half = view.layout === "side" ? width / 2 : width;
@@ -220,9 +238,17 @@ function rootAt(cast: Cast, frame: number): THREE.Vector3 {
   return new THREE.Vector3(at(cast.clip.positions, i), cast.level, at(cast.clip.positions, i + 2));
 }
 
-function makeRenderer(): THREE.WebGLRenderer | null {
+function drawsInSoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const names = context?.getExtension("WEBGL_debug_renderer_info");
+  const name: unknown = context && names ? context.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/iu.test(String(name));
+}
+
+function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
   try {
-    return new THREE.WebGLRenderer({ antialias: true, alpha: true, powerPreference: "low-power" });
+    return new THREE.WebGLRenderer({ antialias, alpha: true, powerPreference: "low-power" });
   } catch {
     // Without WebGL there is no stage; the timeline works all the same, and the page says so.
     return null;

@@ -1,0 +1,175 @@
+// The editor in a real browser, from opening a clip to comparing its export; run by tests/server/test_browser.py.
+//
+//     node browser.mjs '{"python": …, "clip": …, "options": […], "folder": …, "state": …, "shots": …}'
+//
+// Prints one JSON object: what it found, for the test to compare with the command line's.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { Editor, launch, serve } from "./editor.mjs";
+
+const { python, clip, options, folder, state, shots } = JSON.parse(process.argv[2]);
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const command = [python, "-m", "retime.cli.main", "edit", clip, ...options, "--no-browser"];
+const start = () => serve(command, folder, { XDG_STATE_HOME: state });
+
+/** What a screen reader's user would stumble over, by the rules of WCAG 2 A and AA. */
+async function stumbles({ page }) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] }));
+  return violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.html.slice(0, 160)} ${node.failureSummary}`));
+}
+
+const browser = await launch();
+let server = await start();
+try {
+  const editor = await Editor.open(browser, server.address);
+  const { page } = editor;
+  const shot = (name) => page.screenshot({ path: join(shots, `${name}.png`) });
+
+  // The token is gone from the address, and the first steps are shown once.
+  assert.equal(new URL(page.url()).search, "");
+  await shot("first_run");
+  await page.getByRole("button", { name: "Got it" }).click();
+
+  // A length, a keytime.
+  await editor.setField("Length", "65%");
+  const key = await editor.addKey(0.45);
+  const firstLabel = await key.getAttribute("aria-label");
+  assert.match(firstLabel, /^Keytime 1 of 1: input [\d.]+ s at output [\d.]+ s$/);
+
+  // Dragged, it changes what is shown at another time; the curve follows while it is held.
+  await editor.scrub(0.3);
+  const before = { input: await editor.readout("input"), output: await editor.readout("output"), stage: await editor.stage() };
+  const from = await editor.centre(key);
+  await page.mouse.move(from.x, from.y);
+  await page.mouse.down();
+  for (let i = 1; i <= 8; i++) await editor.answered(() => page.mouse.move(from.x + 7 * i, from.y));
+  const whileHeld = await editor.readout("input");
+  await shot("dragging");
+  await editor.answered(() => page.mouse.up());
+  const after = { input: await editor.readout("input"), output: await editor.readout("output") };
+  const movedLabel = await key.getAttribute("aria-label");
+  assert.equal(after.output, before.output);
+  assert.notEqual(whileHeld, before.input);
+  assert.notEqual(after.input, before.input);
+  assert.notEqual(movedLabel, firstLabel);
+  // The pointer rests on the map and would show the frame under it.
+  await page.mouse.move(from.x, from.y - 400);
+  await editor.frames(3);
+  assert.notEqual(await editor.stage(), before.stage);
+
+  // One drag is one step to undo, and to redo.
+  await editor.answered(() => page.keyboard.press("Control+z"));
+  assert.equal(await key.getAttribute("aria-label"), firstLabel);
+  assert.equal(await editor.readout("input"), before.input);
+  await editor.answered(() => page.keyboard.press("Control+Shift+z"));
+  assert.equal(await key.getAttribute("aria-label"), movedLabel);
+  assert.equal(await editor.readout("input"), after.input);
+
+  // By keyboard alone: a frame later, and back.
+  await key.focus();
+  await editor.answered(() => page.keyboard.press("ArrowRight"));
+  assert.notEqual(await key.getAttribute("aria-label"), movedLabel);
+  await editor.answered(() => page.keyboard.press("ArrowLeft"));
+  assert.equal(await key.getAttribute("aria-label"), movedLabel);
+
+  // Why: a frame under the pointer has a score and a matched pose, which lies on the stage as a ghost.
+  const box = await editor.canvas.boundingBox();
+  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.75 * box.height, { steps: 3 });
+  await page.locator(".caption[data-is=reference]").waitFor();
+  const why = await page.getByLabel("Why", { exact: true }).innerText();
+  assert.match(why, /Score\s+[\d.e+]+, /);
+  assert.match(why, /Matched\s+\S+ at [\d.]+/);
+  await shot("why");
+
+  // What can't be done is said beside the key, and the curve stays.
+  const kept = await editor.readout("input");
+  await key.focus();
+  const output = page.getByLabel("Output at", { exact: true });
+  await output.fill("0.01");
+  await output.press("Enter");
+  const trouble = page.locator(".trouble");
+  await trouble.waitFor({ timeout: 30_000 });
+  assert.ok((await trouble.innerText()).length > 20);
+  assert.ok(await key.evaluate((element) => element.classList.contains("faulty")));
+  assert.equal(await editor.readout("input"), kept);
+  await shot("problem");
+  await output.blur();
+  await editor.answered(() => page.keyboard.press("Control+z"));
+  await trouble.waitFor({ state: "hidden" });
+  assert.equal(await key.getAttribute("aria-label"), movedLabel);
+
+  // A warp is kept, and compared with: B plays it instead.
+  await page.getByRole("button", { name: "Keep" }).click();
+  await page.getByLabel("Beside it", { exact: true }).selectOption({ label: "Version 1" });
+  await page.getByRole("button", { name: "B Version 1" }).click();
+  await page.getByText("Output, Version 1").waitFor();
+  await page.getByLabel("Beside it", { exact: true }).selectOption({ label: "Input" });
+
+  // A lock, drawn along the input times; taken back.
+  await page.mouse.move(box.x + 40, box.y + 90);
+  await page.mouse.down();
+  await editor.answered(() => page.mouse.move(box.x + 40, box.y + 70, { steps: 3 }));
+  await page.mouse.up();
+  await page.locator(".handle.band").waitFor();
+  await shot("lock");
+  await page.keyboard.press("Control+z");
+  await page.locator(".handle.band").waitFor({ state: "detached" });
+
+  // Both layouts, everything shown; light and dark, and finely drawn.
+  await page.getByRole("button", { name: "Trails" }).click();
+  await page.getByRole("button", { name: "Onion skins" }).click();
+  await page.getByRole("button", { name: "Overlaid" }).click();
+  await editor.frames(4);
+  await shot("overlaid");
+  const light = await stumbles(editor);
+  await page.getByRole("button", { name: "Dark theme" }).click();
+  await editor.frames(4);
+  await shot("dark");
+  const dark = await stumbles(editor);
+  await page.keyboard.press("?");
+  await page.getByRole("dialog", { name: "Keyboard shortcuts" }).waitFor();
+  await shot("shortcuts");
+  const help = await stumbles(editor);
+  await page.keyboard.press("Escape");
+  assert.deepEqual([...light, ...dark, ...help], []);
+  await page.getByRole("button", { name: "Light theme" }).click();
+
+  // The server dies; another one brings back all that was done.
+  server.process.kill("SIGKILL");
+  await server.ended;
+  await page.locator(".veil").waitFor();
+  const errors = [...editor.errors];
+  server = await start();
+  await page.goto(server.address);
+  await editor.ready();
+  await page.getByText("Everything that was done is back").waitFor();
+  await key.waitFor();
+  assert.equal(await key.getAttribute("aria-label"), movedLabel);
+  await editor.scrub(0.3);
+  assert.equal(await editor.readout("input"), after.input);
+  await shot("recovered");
+
+  // Exported, for the test to compare with what the command line writes.
+  const exported = join(folder, `exported${clip.slice(clip.lastIndexOf("."))}`);
+  await page.keyboard.press("Control+e");
+  await shot("export");
+  await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(exported);
+  await page.getByRole("button", { name: "Write", exact: true }).click();
+  await page.getByText(`Wrote ${exported}`).waitFor({ timeout: 60_000 });
+
+  // A browser without the cookie is not let in.
+  const stranger = await (await browser.newContext()).newPage();
+  assert.equal((await stranger.goto(page.url()))?.status(), 403);
+
+  assert.deepEqual(errors, []);
+  assert.deepEqual([...editor.hosts].filter((host) => !/^127\.0\.0\.1:\d+$/.test(host)), []);
+  const [, input, when] = /input ([\d.]+) s at output ([\d.]+) s/.exec(movedLabel);
+  console.log(JSON.stringify({ exported, input, output: when, before: before.input, after: after.input }));
+} finally {
+  await browser.close();
+  server.process.kill("SIGKILL");
+}

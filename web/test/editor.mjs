@@ -1,0 +1,150 @@
+// A real editor for the browser tests: the server as a person starts it, and a page in Chromium.
+
+import { spawn } from "node:child_process";
+import { existsSync } from "node:fs";
+import { chromium } from "playwright-core";
+
+const CHROMIUM = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
+const FLAGS = [
+  "--no-sandbox",
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  // Without a graphics card the stage is drawn by the processor; the rest of the page not by way of it, which is slow.
+  "--disable-gpu",
+  "--enable-unsafe-swiftshader",
+];
+
+/** Start `retime edit`; returns its process and the address that it prints. */
+export async function serve(command, folder, environment) {
+  const server = spawn(command[0], command.slice(1), { cwd: folder, env: { ...process.env, ...environment } });
+  let said = "";
+  const address = await new Promise((resolve, reject) => {
+    const hear = (data) => {
+      said += data;
+      const found = /http:\/\/\S+/.exec(said);
+      if (found) resolve(found[0]);
+    };
+    server.stdout.on("data", hear);
+    server.stderr.on("data", hear);
+    server.on("exit", (code) => reject(new Error(`the server ended with ${code}: ${said}`)));
+  });
+  const ended = new Promise((resolve) => server.on("exit", resolve));
+  return { process: server, address, ended, said: () => said };
+}
+
+export async function launch() {
+  if (!CHROMIUM) throw new Error("there is no Chromium");
+  return chromium.launch({ executablePath: CHROMIUM, headless: true, args: FLAGS });
+}
+
+/** A page of the editor, which keeps what went wrong in it and where it asked for anything. */
+export class Editor {
+  constructor(page) {
+    this.page = page;
+    this.errors = [];
+    this.hosts = new Set();
+    page.on("pageerror", (error) => this.errors.push(String(error.stack)));
+    page.on("console", (message) => {
+      if (message.type() === "error") this.errors.push(message.text());
+    });
+    page.on("request", (request) => {
+      const { host, protocol } = new URL(request.url());
+      if (protocol !== "data:" && protocol !== "blob:") this.hosts.add(host);
+    });
+  }
+
+  static async open(browser, address, { width = 1280, height = 720, scale = 1, dark = false } = {}) {
+    const context = await browser.newContext({
+      viewport: { width, height },
+      deviceScaleFactor: scale,
+      colorScheme: dark ? "dark" : "light",
+    });
+    const editor = new Editor(await context.newPage());
+    await editor.page.goto(address);
+    await editor.ready();
+    return editor;
+  }
+
+  async ready() {
+    await this.page.locator(".veil").waitFor({ state: "hidden", timeout: 60_000 });
+  }
+
+  get canvas() {
+    return this.page.locator(".timeline > canvas");
+  }
+
+  /** Keytimes on the timeline, the end left out. */
+  get keys() {
+    return this.page.locator("button.handle.key");
+  }
+
+  async readout(which) {
+    return this.page.locator(`.readout[data-is=${which}] b`).innerText();
+  }
+
+  /** Do something, and wait for the curve that answers it. */
+  async answered(action) {
+    await this.page.evaluate(() => {
+      window.answer = new Promise((resolve) =>
+        document.querySelector(".retime").addEventListener("retime:curve", () => resolve(true), { once: true }),
+      );
+    });
+    await action();
+    await this.page.evaluate(() => window.answer);
+  }
+
+  async setField(name, text) {
+    const field = this.page.getByLabel(name, { exact: true });
+    await this.answered(async () => {
+      await field.fill(text);
+      await field.press("Enter");
+    });
+    await field.blur();
+  }
+
+  /** Double-click the map at a share of its width; returns the new keytime. */
+  async addKey(share) {
+    const box = await this.canvas.boundingBox();
+    const before = await this.keys.count();
+    await this.answered(() => this.canvas.dblclick({ position: { x: 72 + share * (box.width - 82), y: 80 } }));
+    await this.keys.nth(before).waitFor();
+    return this.keys.nth(before);
+  }
+
+  async centre(locator) {
+    const box = await locator.boundingBox();
+    return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+  }
+
+  /** Click the ruler: the playhead goes there. */
+  async scrub(share) {
+    const box = await this.canvas.boundingBox();
+    await this.page.mouse.click(box.x + 72 + share * (box.width - 82), box.y + 12);
+    await this.page.mouse.move(box.x + box.width / 2, box.y - 60);
+    await this.frames(3);
+  }
+
+  /** Let a few frames pass. */
+  async frames(count) {
+    await this.page.evaluate(
+      (left) =>
+        new Promise((resolve) => {
+          const next = (n) => (n === 0 ? resolve() : requestAnimationFrame(() => next(n - 1)));
+          next(left);
+        }),
+      count,
+    );
+  }
+
+  async stage() {
+    return (await this.page.locator(".stage").screenshot()).toString("base64");
+  }
+}
+
+export function percentile(values, share) {
+  const ordered = [...values].sort((a, b) => a - b);
+  return ordered[Math.min(ordered.length - 1, Math.ceil(share * ordered.length) - 1)];
+}
