@@ -153,6 +153,14 @@ try {
   assert.equal(await editor.readout("input"), after.input);
   await shot("recovered");
 
+  // Saved to a file of its own.
+  const project = join(folder, "work.retime");
+  await page.keyboard.press("Control+s");
+  await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(project);
+  await page.getByRole("button", { name: "Write", exact: true }).click();
+  await page.getByText(`Saved ${project}`).waitFor();
+  await page.locator(".project").getByText("saved", { exact: true }).waitFor();
+
   // Exported, for the test to compare with what the command line writes.
   const exported = join(folder, `exported${clip.slice(clip.lastIndexOf("."))}`);
   await page.keyboard.press("Control+e");
@@ -167,8 +175,7 @@ try {
 
   assert.deepEqual(errors, []);
   assert.deepEqual([...editor.hosts].filter((host) => !/^127\.0\.0\.1:\d+$/.test(host)), []);
-  const [, input, when] = /input ([\d.]+) s at output ([\d.]+) s/.exec(movedLabel);
-  console.log(JSON.stringify({ exported, input, output: when, before: before.input, after: after.input }));
+  console.log(JSON.stringify({ project, exported, key: movedLabel, before: before.input, after: after.input }));
 } finally {
   await browser.close();
   server.process.kill("SIGKILL");
