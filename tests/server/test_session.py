@@ -199,7 +199,8 @@ def test_a_group_is_searched_together_and_others_follow(folder) -> None:
 
 def test_another_clip_is_sent_where_the_document_names_it(served) -> None:
     with served.ready_page() as page:
-        page.edit(references=[{"path": "leap.bvh"}, {"first_frame": 60, "last_frame": 180}])
+        references = [{"path": "leap.bvh"}, {"first_frame": 60, "last_frame": 180}]
+        page.edit(references=references, options={"rate": "12"})
         clips = [page.until("clip") for _ in range(3)]
         assert [(clip["what"], clip["index"], clip["count"]) for clip in clips] == [
             ("clip", 0, 1),
@@ -379,13 +380,17 @@ EXPORTS = {
         {"locks": [LOCK, KEPT], "length": "3s", "options": {"slowest": 0.25, "fastest": 4.0, "smoothness": 0.5}},
         "--lock 2.5..3.0 --keep 0.2..0.5 --length 3s --speed 1/4..4 --smoothness 0.5",
     ),
+    # Another motion's timing is met in small steps: a low rate keeps these quick.
     "a reference": (
-        {"references": [{"path": "leap.bvh", "first_frame": 10, "last_frame": 200, "weight": 2.0, "mirror": True}]},
-        "--reference leap.bvh --reference-frames 10:200 --reference-weight 2 --mirror",
+        {
+            "references": [{"path": "leap.bvh", "first_frame": 10, "last_frame": 200, "weight": 2.0, "mirror": True}],
+            "options": {"rate": "12"},
+        },
+        "--reference leap.bvh --reference-frames 10:200 --reference-weight 2 --mirror --rate 12",
     ),
     "a stretch of itself": (
-        {"references": [{"first_frame": 60}], "length": "80%"},
-        "--reference-frames 60: --length 80%",
+        {"references": [{"first_frame": 60}], "length": "80%", "options": {"rate": "12"}},
+        "--reference-frames 60: --length 80% --rate 12",
     ),
     "a free length": (
         {"length": "free", "min_length": "100f", "max_length": "200f", "free_weight": "sum"},
@@ -416,10 +421,7 @@ EXPORTS = {
         "--length 75% --rate 20 --max-skip 9 --upsample 2 --neighbors 2 --time-scale 0.05 --low-pass 3 "
         "--smoothing 3 --features heading",
     ),
-    "z up": (
-        {"clips": [{"path": "jump.bvh", "up": "z"}], "references": [{"path": "leap.bvh", "up": "z"}], "length": "75%"},
-        "--up z --reference leap.bvh --length 75%",
-    ),
+    "z up": ({"clips": [{"path": "jump.bvh", "up": "z"}], "length": "75%"}, "--up z --length 75%"),
     "a loop": ({"length": "150f", "options": {"loop": True}}, "--length 150f --loop"),
     "a spline": ({"keys": [KEY], "options": {"method": "spline"}}, "--key 2=1.5 --method spline"),
     "straight lines": ({"length": "65%", "options": {"method": "linear"}}, "--length 65% --method linear"),
@@ -455,11 +457,11 @@ def test_a_picture_and_the_clips_that_follow_are_what_the_command_line_writes(fo
     monkeypatch.chdir(folder)
     with serving(folder, "jump.bvh", "leap.bvh") as served, served.ready_page() as page:
         files = [{**file, "role": "search"} for file in page.document["clips"]]
-        page.edit(length="80%", keys=[KEY], clips=files)
+        page.edit(length="80%", keys=[KEY], clips=files, options={"rate": "15"})
         for what, name, clip in (("picture", "page.svg", 0), ("motion", "page.bvh", 1)):
             page.say("export", what=what, path=name, clip=clip, overwrite=False)
             assert page.until("exported", "notice")["type"] == "exported"
-    also = ("--also", "leap.bvh=line.bvh", "--group")
+    also = ("--also", "leap.bvh=line.bvh", "--group", "--rate", "15")
     run("warp", "jump.bvh", "--length", "80%", "--key", "2=1.5", *also, "--plot", "line.svg", "-q")
     assert (folder / "page.svg").read_bytes() == (folder / "line.svg").read_bytes()
     assert (folder / "page.bvh").read_bytes() == (folder / "line.bvh").read_bytes()

@@ -113,7 +113,11 @@ def command(
         assert document is not None
         work = open_document(document)
 
-    server = EditorServer(Editor(work, places, state_folder()), port=port)
+    try:
+        server = EditorServer(Editor(work, places, state_folder()), port=port)
+    except OSError:
+        work.close()
+        raise
     say(f"editing at {server.guard.address}")
     if not no_browser:
         click.launch(server.guard.address)
