@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { Clip, Why } from "../src/messages";
-import { groundMove, mirrored, moved, pairsByName, poseAt, sideOf, trailNodes } from "../src/stage/align";
+import { groundMove, mirrored, moved, pairsByName, poseAt, sideOf, sidesOf, trailNodes } from "../src/stage/align";
 import { keyName, listen, shownKey } from "../src/shortcuts";
 import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../src/why";
 
@@ -73,6 +73,11 @@ describe("names of nodes", () => {
     ["Spine", ""],
     ["lowerback", ""],
   ])("%s is %j", (name, side) => expect(sideOf(name)).toBe(side));
+
+  it("tell sides by a first letter only where both are there", () => {
+    expect(sidesOf(["lfemur", "rfemur", "lowerback", "end of lfemur"])).toEqual(["left", "right", "", "left"]);
+    expect(sidesOf(["LeftFoot", "end of LeftFoot"])).toEqual(["left", "left"]);
+  });
 
   it("pair with the same, with the other side where mirrored, or by place", () => {
     expect(pairsByName(["Hips", "LeftArm"], ["leftarm", "hips"])).toEqual([[0, 1], [1, 0]]);

@@ -110,7 +110,7 @@ describe("the timeline's layout", () => {
   });
 
   it("shows as much speed as there is, up to sixteen times", () => {
-    expect(speedView([1, 1]).to).toBeCloseTo(Math.log2(3) + 0.25);
-    expect(speedView([1, 1000]).to).toBeCloseTo(4.25);
+    expect(speedView([1, 1])).toEqual({ from: -1.25, to: Math.log2(3) + 0.25 });
+    expect(speedView([1, 1000, 0, -1, 1 / 8])).toEqual({ from: -3.25, to: 4.25 });
   });
 });

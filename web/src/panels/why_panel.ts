@@ -77,6 +77,5 @@ export class WhyPanel {
 }
 
 function placed(share: number): string {
-  if (share < 0.34) return "among the best";
-  return share < 0.67 ? "middling" : "among the worst";
+  return `worse than ${(100 * share).toFixed(0)} %`;
 }

@@ -91,7 +91,22 @@ export function pairsByName(a: readonly string[], b: readonly string[], swapSide
   return pairs;
 }
 
-/** Which side of the body a node is on, as far as its name says. */
+/** Which sides of the body the nodes are on, as far as their names say. */
+export function sidesOf(names: readonly string[]): ("left" | "right" | "")[] {
+  // What hangs on a joint is on its side.
+  const plain = names.map((name) => name.replace(/^end of /u, ""));
+  const all = new Set(plain.map((name) => name.toLowerCase()));
+  return plain.map((name) => {
+    const lower = name.toLowerCase();
+    const said = sideOf(name);
+    if (said) return said;
+    // lfemur and rfemur are two sides; lowerback alone is none.
+    if (lower.startsWith("l") && all.has(`r${lower.slice(1)}`)) return "left";
+    return lower.startsWith("r") && all.has(`l${lower.slice(1)}`) ? "right" : "";
+  });
+}
+
+/** Which side of the body a node is on, as far as its name alone says. */
 export function sideOf(name: string): "left" | "right" | "" {
   const lower = name.toLowerCase();
   if (lower.includes("left") || /(^|[^a-z])l([^a-z]|$)/u.test(lower) || /^l[A-Z]/u.test(name)) return "left";

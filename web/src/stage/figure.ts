@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import type { Clip } from "../messages";
 import { at } from "../warp";
-import { sideOf } from "./align";
+import { sidesOf } from "./align";
 
 const UP = new THREE.Vector3(0, 1, 0);
 
@@ -19,6 +19,8 @@ export class Figure {
   private readonly links: readonly (readonly [number, number])[];
   private readonly material: THREE.MeshLambertMaterial;
   private readonly radius: number;
+  /** Of each joint: as thick as the thickest bone at it. */
+  private readonly radii: Float64Array;
   private readonly matrix = new THREE.Matrix4();
   private readonly turn = new THREE.Quaternion();
   private readonly from = new THREE.Vector3();
@@ -29,10 +31,17 @@ export class Figure {
     private readonly clip: Clip,
     height: number,
     look: Look,
-    private readonly thickness = 1,
+    thickness = 1,
   ) {
     this.links = clip.parents.flatMap((parent, node) => (parent >= 0 ? [[parent, node] as const] : []));
     this.radius = 0.021 * height * thickness;
+    this.radii = new Float64Array(clip.n_nodes);
+    for (const [parent, node] of this.links) {
+      const length = Math.hypot(...[0, 1, 2].map((i) => at(clip.positions, 3 * node + i) - at(clip.positions, 3 * parent + i)));
+      for (const end of [parent, node]) {
+        this.radii[end] = Math.max(at(this.radii, end), Math.min(this.radius, 0.35 * length));
+      }
+    }
     this.material = new THREE.MeshLambertMaterial({ color: 0xffffff, transparent: look.opacity < 1, opacity: look.opacity });
     if (look.opacity < 1) this.material.depthWrite = false;
     const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, false);
@@ -53,8 +62,9 @@ export class Figure {
       left: plain.clone().lerp(new THREE.Color(0xffffff), 0.13),
       right: plain.clone().lerp(new THREE.Color(0x000000), 0.26),
     };
-    this.links.forEach(([, node], i) => this.bones.setColorAt(i, shades[sideOf(this.clip.names[node] ?? "")]));
-    this.clip.names.forEach((name, i) => this.joints.setColorAt(i, shades[sideOf(name)]));
+    const sides = sidesOf(this.clip.names);
+    this.links.forEach(([, node], i) => this.bones.setColorAt(i, shades[sides[node] ?? ""]));
+    sides.forEach((side, i) => this.joints.setColorAt(i, shades[side]));
     if (this.bones.instanceColor) this.bones.instanceColor.needsUpdate = true;
     if (this.joints.instanceColor) this.joints.instanceColor.needsUpdate = true;
   }
@@ -70,9 +80,9 @@ export class Figure {
       this.bones.setMatrixAt(i, this.matrix);
     });
     this.turn.identity();
-    this.scale.setScalar(this.radius * (this.thickness < 1 ? 1.1 : 1.06));
     for (let node = 0; node < this.clip.n_nodes; node++) {
       this.from.set(at(positions, 3 * node), at(positions, 3 * node + 1), at(positions, 3 * node + 2));
+      this.scale.setScalar(1.06 * at(this.radii, node));
       this.joints.setMatrixAt(node, this.matrix.compose(this.from, this.turn, this.scale));
     }
     this.bones.instanceMatrix.needsUpdate = true;

@@ -43,7 +43,9 @@ export class SignalView {
     const rowHeight = (height - TOP - BOTTOM) / Math.max(rows, 1);
     const side = view.layout === "side";
     const columns = side ? 2 : 1;
-    const columnWidth = (width - LEFT - 12 * columns) / columns;
+    // The left column ends where the stage's halves meet.
+    const columnWidth = side ? width / 2 - LEFT - 12 : width - LEFT - 12;
+    const leftOf = (column: number): number => (column === 0 ? LEFT : width / 2 + 12);
     const duration = (clip.n_frames - 1) / clip.rate;
     const identity: Knots = { outputTimes: Float64Array.of(0, duration), inputTimes: Float64Array.of(0, duration) };
     const companion = companionKnots ?? identity;
@@ -73,17 +75,17 @@ export class SignalView {
       };
       pen.fillStyle = palette.line;
       for (let column = 0; column < columns; column++) {
-        pen.fillRect(LEFT + column * (columnWidth + 12), Math.round(y + rowHeight) - 1, columnWidth, 1);
+        pen.fillRect(leftOf(column), Math.round(y + rowHeight) - 1, columnWidth, 1);
       }
       draw(companion, LEFT, palette[companionKnots ? "spline" : "input"], 1.2);
-      draw(knots, side ? LEFT + columnWidth + 12 : LEFT, palette.output, 1.7);
+      draw(knots, leftOf(side ? 1 : 0), palette.output, 1.7);
     }
     const rule = (time: number, left: number): void => {
       pen.fillStyle = palette.playhead;
       pen.fillRect(Math.round(left + clamp(time / longest, 0, 1) * columnWidth), TOP, 1, height - TOP - BOTTOM);
     };
     rule(companionKnots ? playback.outputTime : playback.inputTime, LEFT);
-    rule(this.store.lookedAt, side ? LEFT + columnWidth + 12 : LEFT);
+    rule(this.store.lookedAt, leftOf(side ? 1 : 0));
     if (clip.names.length > rows) {
       pen.fillStyle = palette.muted;
       pen.fillText(`${rows} of ${clip.names.length} channels`, LEFT, TOP - 8);

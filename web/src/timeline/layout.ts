@@ -94,15 +94,17 @@ export function wholeOutput(outputEnd: number, inputDuration: number): { home: V
   };
 }
 
-/** Speeds shown: wide enough for the curve, and never less than from 1/3 to 3. */
+/** Speeds shown: wide enough for the curve, never less than from 1/2 to 3, and never more than from 1/16 to 16. */
 export function speedView(speeds: ArrayLike<number>): View {
-  let most = Math.log2(3);
+  let low = -1;
+  let high = Math.log2(3);
   for (let i = 0; i < speeds.length; i++) {
     const speed = speeds[i] as number;
-    if (speed > 0) most = Math.max(most, Math.abs(Math.log2(speed)));
+    if (speed <= 0) continue;
+    low = Math.min(low, Math.log2(speed));
+    high = Math.max(high, Math.log2(speed));
   }
-  most = Math.min(most, 4) + 0.25;
-  return { from: -most, to: most };
+  return { from: Math.max(low, -4) - 0.25, to: Math.min(high, 4) + 0.25 };
 }
 
 /** The input times to show so that what is in view of the map fills it. */
