@@ -95,7 +95,7 @@ def test_two_outputs_need_two_places(run, clips, never_read) -> None:
     [
         ("x.csv", "holds a signal, not a motion"),
         ("x.fbx", "no format ends in '.fbx'"),
-        ("x", "no format ends in 'nothing'"),
+        ("x", "the name has no ending"),
     ],
 )
 def test_a_format_that_can_not_hold_it_is_refused_first(run, clips, never_read, output, says) -> None:

@@ -436,3 +436,20 @@ def test_a_reference_too_short_is_refused() -> None:
         guided_warp(wandering_signal(60), reference=wandering_signal(4))
     with pytest.raises(OptionError, match="4 frames"):
         guided_warp(wandering_signal(4), length=3)
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        pytest.param(
+            [[wandering_signal(30), wandering_signal(30)], wandering_signal(30)], "'list', 'Signal'", id="groups"
+        ),
+        pytest.param([wandering_signal(30), np.zeros(30)], "'Signal', 'ndarray'", id="arrays"),
+        pytest.param([wandering_signal(30), None], "'Signal', 'NoneType'", id="nothing"),
+        pytest.param("walk.bvh", "'walk.bvh'", id="file"),
+    ],
+)
+def test_what_is_no_group_is_refused_by_what_it_holds(given: object, found: str) -> None:
+    with pytest.raises(OptionError, match="several motions and signals") as caught:
+        guided_warp(given, rate=30, length="80%")  # type: ignore[arg-type]
+    assert found in str(caught.value)

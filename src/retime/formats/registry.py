@@ -68,7 +68,8 @@ def format_of(path: str | PathLike[str]) -> Format:
         if suffix in known.suffixes:
             return known
     endings = ", ".join(suffix for known in FORMATS for suffix in known.suffixes)
-    raise FormatError(f"no format ends in {suffix or 'nothing'!r}; known endings are {endings}", path=path)
+    problem = f"no format ends in {suffix!r}" if suffix else "the name has no ending, which would say the format"
+    raise FormatError(f"{problem}; known endings are {endings}", path=path)
 
 
 def _module(known: Format) -> FormatModule:

@@ -37,7 +37,14 @@ def as_clips(
         return (motion,)
     if isinstance(motion, Sequence) and motion and all(isinstance(clip, Motion | Signal) for clip in motion):
         return tuple(clip for clip in motion if isinstance(clip, Motion | Signal))
-    values = np.asarray(motion, dtype=np.float64)
+    try:
+        values = np.asarray(motion, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = [type(one).__name__ for one in motion] if isinstance(motion, list | tuple) else repr(motion)
+        raise OptionError(
+            "expected a motion, an array of numbers, or several motions and signals (a group holds no arrays and no "
+            f"groups; a file is read by retime.read); found {found}"
+        ) from None
     if values.ndim == 1:
         values = values[:, None]
     if values.ndim != 2 or values.shape[0] == 0:
