@@ -197,6 +197,18 @@ def test_a_group_is_searched_together_and_others_follow(folder) -> None:
     np.testing.assert_array_equal(together["input_times"], guided_warp(clips, length="75%").warp.input_times)
 
 
+def test_a_warning_is_told_once_and_to_who_comes_later(folder) -> None:
+    steep = {**KEY, "speed": 30.0}
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(keys=[steep], options={"method": "spline"})
+        assert "without turning back" in page.until("notice")["text"]
+        page.edit(keys=[{**steep, "id": "j"}])
+        page.curve()
+        assert page.heard.count("notice") == 1
+        with served.page() as late:
+            assert late.until("notice")["kind"] == "warning"
+
+
 def test_another_clip_is_sent_where_the_document_names_it(served) -> None:
     with served.ready_page() as page:
         references = [{"path": "leap.bvh"}, {"first_frame": 60, "last_frame": 180}]

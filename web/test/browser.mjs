@@ -147,6 +147,7 @@ try {
   await page.goto(server.address);
   await editor.ready();
   await page.getByText("Everything that was done is back").waitFor();
+  await editor.dismiss();
   await key.waitFor();
   assert.equal(await key.getAttribute("aria-label"), movedLabel);
   await editor.scrub(0.3);

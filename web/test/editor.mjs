@@ -65,11 +65,18 @@ export class Editor {
     const editor = new Editor(await context.newPage());
     await editor.page.goto(address);
     await editor.ready();
+    await editor.dismiss();
     return editor;
   }
 
   async ready() {
     await this.page.locator(".veil").waitFor({ state: "hidden", timeout: 60_000 });
+  }
+
+  /** Close warnings, as who has read them does: what reading the file assumed is told before the first curve. */
+  async dismiss() {
+    const close = this.page.locator('.notice[data-kind="warning"] button').first();
+    while (await close.count()) await close.click();
   }
 
   get canvas() {

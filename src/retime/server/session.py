@@ -459,7 +459,7 @@ class EditorSession:
         begin = time.perf_counter()
         solution = None
         try:
-            with self._warnings_told(lambda notice: self._publish(job, {"": notice})):
+            with self._warnings_told(lambda notice: self._publish(job, {f"notice {notice.text}": notice})):
                 sources = self._solver.read(job.document)
                 if self._shown is None or self._shown != (job.first, sources):
                     clips = clip_messages(job.document, sources)
@@ -514,8 +514,10 @@ class EditorSession:
             for name, (message, payload) in ready.items():
                 if name == "curve":
                     self._latest.pop("problem", None)
-                if name:
-                    self._latest[name] = message, payload
+                if isinstance(message, messages.Notice) and name in self._latest:
+                    # Told before; each position of a drag would tell it again.
+                    continue
+                self._latest[name] = message, payload
                 for page in self._pages:
                     page.put(message, payload)
 
