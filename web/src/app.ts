@@ -69,7 +69,10 @@ export class App {
       (callback) => requestAnimationFrame(callback),
     );
     const { upload } = options;
-    const send = upload ? (files: readonly File[]): void => void this.openFiles(files, upload) : null;
+    const send = upload
+      ? (files: readonly File[], then = (path: string): void => this.session.open(path)): void =>
+          void this.openFiles(files, upload, then)
+      : null;
     this.dialogs = new Dialogs(root, this.store, this.session, send);
     this.timeline = new Timeline(this.store, this.session, this.theme, (time) => this.scrub(time));
     this.stage = new Stage(this.stageRoot, this.store, this.theme);
@@ -94,7 +97,7 @@ export class App {
       theme: () => this.theme.choose(this.theme.dark ? "light" : "dark"),
       help: () => this.help(),
     });
-    this.inspector = new Inspector(this.store, this.session);
+    this.inspector = new Inspector(this.store, this.session, (purpose) => this.dialogs.showOpen(purpose));
     this.why = new WhyPanel(this.store);
     this.shortcuts = this.makeShortcuts();
     this.hint = this.makeHint();
@@ -175,13 +178,17 @@ export class App {
   }
 
   /** Send files to the server, and open the one that is a clip or a project: an AMC may bring its ASF along. */
-  private async openFiles(files: readonly File[], upload: (file: File) => Promise<string>): Promise<void> {
+  private async openFiles(
+    files: readonly File[],
+    upload: (file: File) => Promise<string>,
+    then: (path: string) => void,
+  ): Promise<void> {
     const isSkeleton = (file: File): boolean => file.name.toLowerCase().endsWith(".asf");
     try {
       for (const file of [...files].sort((a, b) => Number(isSkeleton(b)) - Number(isSkeleton(a)))) {
         const path = await upload(file);
         if (isSkeleton(file)) this.say("info", `${file.name} is here; now drop the AMC that moves it.`);
-        else return this.session.open(path);
+        else return then(path);
       }
     } catch (error) {
       this.say("error", error instanceof Error ? error.message : String(error));

@@ -1,6 +1,6 @@
 /** Edits of the document: functions from one document value to the next. They check nothing that the server checks. */
 
-import type { Document, Key, LockedTime, Options, ReferenceFile } from "./messages";
+import type { ClipFile, Document, Key, LockedTime, Options, ReferenceFile } from "./messages";
 import { clamp, snapped } from "./scale";
 import type { Knots } from "./warp";
 
@@ -102,25 +102,51 @@ export function setOption<K extends keyof Options>(document: Document, name: K, 
   return { ...document, options: { ...document.options, [name]: value } };
 }
 
+const PLAIN_REFERENCE: ReferenceFile = {
+  path: null,
+  first_frame: null,
+  last_frame: null,
+  weight: 1,
+  mirror: false,
+  fps: null,
+  skeleton: null,
+  up: null,
+  joint_map: null,
+};
+
 /** Say which frames of the first reference are imitated; all of a clip's own are what no reference says. */
 export function setReferenceRange(document: Document, range: { first: number; last: number } | null): Document {
   const [first, ...rest] = document.references;
-  const plain: ReferenceFile = first ?? {
-    path: null,
-    first_frame: null,
-    last_frame: null,
-    weight: 1,
-    mirror: false,
-    fps: null,
-    skeleton: null,
-    up: null,
-    joint_map: null,
-  };
+  const plain = first ?? PLAIN_REFERENCE;
   if (range === null && plain.path === null && rest.length === 0 && !plain.mirror) {
     return { ...document, references: [] };
   }
   const cut = { ...plain, first_frame: range?.first ?? null, last_frame: range?.last ?? null };
   return { ...document, references: [cut, ...rest] };
+}
+
+/** Imitate a file, or where it is null the clip itself. */
+export function setReference(document: Document, path: string | null): Document {
+  return { ...document, references: path === null ? [] : [{ ...PLAIN_REFERENCE, path }] };
+}
+
+/** Imitate the mirror image of the first reference too, or not. */
+export function setMirror(document: Document, mirror: boolean): Document {
+  const [first = PLAIN_REFERENCE, ...rest] = document.references;
+  const next = { ...first, mirror };
+  const bare = !mirror && next.path === null && next.first_frame === null && next.last_frame === null && rest.length === 0;
+  return { ...document, references: bare ? [] : [next, ...rest] };
+}
+
+/** Add a clip that gets the same warp. */
+export function addClip(document: Document, path: string): Document {
+  const clip: ClipFile = { path, role: "follow", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null };
+  return { ...document, clips: [...document.clips, clip] };
+}
+
+/** Search on a clip of the group too, or let it only follow. */
+export function setRole(document: Document, index: number, role: ClipFile["role"]): Document {
+  return { ...document, clips: document.clips.map((clip, i) => (i === index ? { ...clip, role } : clip)) };
 }
 
 /** A length as frames of output, as the document writes it. */

@@ -65,6 +65,8 @@ export class Store {
   clips: Clip[] = [];
   references: Clip[] = [];
   kept = new Map<string, Knots>();
+  /** Of reference files that were seen whole: their first frame and their count, to widen a range again. */
+  readonly wholes = new Map<string, { first: number; count: number }>();
   playback: PlaybackState = STILL;
   selection: Selection = null;
   /** Output time under the pointer. */

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import {
+  addClip,
   addKey,
   addLock,
   changeKey,
@@ -8,7 +9,10 @@ import {
   lengthInFrames,
   parseSpeed,
   parseTime,
+  setMirror,
+  setReference,
   setReferenceRange,
+  setRole,
   throughKeys,
 } from "../src/document";
 import type { Document, Key } from "../src/messages";
@@ -109,6 +113,27 @@ describe("the reference's range", () => {
     const all = setReferenceRange(two, null);
     expect(all.references.map((one) => [one.path, one.first_frame, one.weight])).toEqual([["limp.bvh", null, 2], ["run.bvh", 0, 2]]);
   });
+});
+
+describe("the reference", () => {
+  it("is a file, or the clip itself", () => {
+    const other = setReference(EMPTY, "limp.bvh");
+    expect(other.references.map((one) => [one.path, one.weight])).toEqual([["limp.bvh", 1]]);
+    expect(setReference(other, null)).toEqual(EMPTY);
+  });
+
+  it("is mirrored, and not", () => {
+    const both = setMirror(EMPTY, true);
+    expect(both.references).toHaveLength(1);
+    expect(setMirror(both, false)).toEqual(EMPTY);
+    expect(setMirror(setMirror(setReference(EMPTY, "a.bvh"), true), false)).toEqual(setReference(EMPTY, "a.bvh"));
+  });
+});
+
+it("a group's clips follow, or are searched", () => {
+  const group = addClip(EMPTY, "camera.csv");
+  expect(group.clips.map((clip) => clip.role)).toEqual(["search", "follow"]);
+  expect(setRole(group, 1, "search").clips.map((clip) => clip.role)).toEqual(["search", "search"]);
 });
 
 describe("what people type", () => {

@@ -1,5 +1,6 @@
 /** Dialogs: open, save, export, shortcuts. */
 
+import { addClip, setReference } from "../document";
 import { make, setText } from "../dom";
 import { icon } from "../icons";
 import type { Listing } from "../messages";
@@ -8,10 +9,15 @@ import { shownKey, type Shortcut } from "../shortcuts";
 import type { Store } from "../store";
 import { choice, check, textField, type Check, type Choice, type Field } from "./fields";
 
+/** What a file is opened for. */
+export type Purpose = "document" | "clip" | "reference";
+
 export class Dialogs {
   private readonly help: HTMLDialogElement;
   private readonly open: HTMLDialogElement;
   private readonly write: HTMLDialogElement;
+  private readonly openTitle = make("h3", {}, "Open");
+  private purpose: Purpose = "document";
   private readonly files = make("ul", { class: "files", "aria-label": "Files" });
   private readonly folder = make("p", { class: "note" });
   private readonly openPath: Field;
@@ -28,7 +34,7 @@ export class Dialogs {
     root: HTMLElement,
     private readonly store: Store,
     private readonly session: Session,
-    private readonly upload: ((files: readonly File[]) => void) | null,
+    private readonly upload: ((files: readonly File[], then: (path: string) => void) => void) | null,
   ) {
     this.help = this.dialog("Keyboard shortcuts", []);
     this.openPath = textField("Path", "A clip (BVH, AMC, CSV, …) or a project", () => true);
@@ -66,7 +72,11 @@ export class Dialogs {
     title.focus();
   }
 
-  showOpen(): void {
+  showOpen(purpose: Purpose = "document"): void {
+    this.purpose = purpose;
+    const title = { document: "Open", clip: "Add a clip", reference: "Choose the reference" }[purpose];
+    setText(this.openTitle, title);
+    this.open.setAttribute("aria-label", title);
     this.openPath.show("");
     this.openPath.input.value = "";
     this.open.showModal();
@@ -98,11 +108,19 @@ export class Dialogs {
       ...listing.files.map((name) =>
         entry(name, "file", () => {
           this.open.close();
-          this.session.open(joined(folder, name));
+          this.take(joined(folder, name));
         }),
       ),
     );
     if (this.write.open && this.writePath.input.value === "") this.suggest();
+  }
+
+  /** Use a file for what the dialog was opened for. */
+  private take(path: string): void {
+    const { session, store } = this;
+    if (this.purpose === "document" || !store.document) session.open(path);
+    else if (this.purpose === "clip") session.edit(addClip(store.document, path), "add clip");
+    else session.edit(setReference(store.document, path), "choose reference");
   }
 
   private dialog(label: string, children: Node[]): HTMLDialogElement {
@@ -124,20 +142,20 @@ export class Dialogs {
       const picker = make("input", { type: "file", multiple: true, hidden: true });
       picker.addEventListener("change", () => {
         dialog.close();
-        upload([...(picker.files ?? [])]);
+        upload([...(picker.files ?? [])], (path) => this.take(path));
         picker.value = "";
       });
       const elsewhere = make("button", { type: "button", class: "button framed" }, "From elsewhere…");
       elsewhere.addEventListener("click", () => picker.click());
       footer.push(elsewhere, picker, make("span", { class: "gap" }));
     }
-    const body = form("Open", [this.folder, this.files, this.openPath.row], [...footer, closeButton(dialog, "Cancel"), go]);
+    const body = form(this.openTitle, [this.folder, this.files, this.openPath.row], [...footer, closeButton(dialog, "Cancel"), go]);
     body.addEventListener("submit", (event) => {
       event.preventDefault();
       const path = this.openPath.input.value.trim();
       if (path === "") return;
       dialog.close();
-      this.session.open(path);
+      this.take(path);
     });
     dialog.append(body);
     return dialog;

@@ -10,8 +10,11 @@ import {
   keysInOrder,
   parseSpeed,
   parseTime,
+  setMirror,
   setOption,
+  setReference,
   setReferenceRange,
+  setRole,
 } from "../document";
 import { make, setText } from "../dom";
 import { icon } from "../icons";
@@ -30,8 +33,17 @@ export class Inspector {
   constructor(
     private readonly store: Store,
     private readonly session: Session,
+    private readonly openFor: (purpose: "clip" | "reference") => void,
   ) {
-    this.sections = [this.keySection(), this.timingSection(), this.lockSection(), this.referenceSection(), this.compareSection(), this.searchSection()];
+    this.sections = [
+      this.keySection(),
+      this.timingSection(),
+      this.lockSection(),
+      this.referenceSection(),
+      this.compareSection(),
+      this.clipSection(),
+      this.searchSection(),
+    ];
   }
 
   update(changed: Set<Topic>): void {
@@ -271,17 +283,16 @@ export class Inspector {
     from.input.setAttribute("aria-label", "Reference from");
     to.input.setAttribute("aria-label", "Reference to");
     const range = make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input);
-    const mirror = check("Its mirror image too", "Imitate left as right too", (on) => {
-      const plain = setReferenceRange(this.document, null).references[0] ?? {
-        path: null, first_frame: null, last_frame: null, weight: 1, mirror: false, fps: null, skeleton: null, up: null,
-        joint_map: null,
-      };
-      const [first, ...rest] = this.document.references;
-      const next = { ...(first ?? plain), mirror: on };
-      const bare = !on && next.path === null && next.first_frame === null && next.last_frame === null && rest.length === 0;
-      session.edit({ ...this.document, references: bare ? [] : [next, ...rest] }, "choose reference");
-    });
-    body.append(name, make("div", { class: "row" }, make("span", { class: "label" }, "Imitated"), range), mirror.row);
+    const mirror = check("Its mirror image too", "Imitate left as right too", (on) =>
+      session.edit(setMirror(this.document, on), "choose reference"),
+    );
+    const itself = make("button", { type: "button", class: "button framed", title: "Imitate the clip itself" }, "The clip itself");
+    itself.addEventListener("click", () => session.edit(setReference(this.document, null), "choose reference"));
+    const choose = make("button", { type: "button", class: "button framed", title: "Imitate another clip" }, "Choose a file…");
+    choose.addEventListener("click", () => this.openFor("reference"));
+    const sources = make("div", { class: "pair" }, choose, itself);
+    sources.style.margin = "4px 0";
+    body.append(name, sources, make("div", { class: "row" }, make("span", { class: "label" }, "Imitated"), range), mirror.row);
     return () => {
       const span = wholeReference(store);
       const file = this.document.references[0];
@@ -293,6 +304,7 @@ export class Inspector {
       from.show(span ? span.start.toFixed(2) : "");
       to.show(span ? span.end.toFixed(2) : "");
       mirror.show(file?.mirror ?? false);
+      itself.hidden = !file?.path;
       all.hidden = !file || (file.first_frame === null && file.last_frame === null);
     };
   }
@@ -358,6 +370,44 @@ export class Inspector {
       b.textContent = `B  ${store.companionName}`;
       a.setAttribute("aria-pressed", String(!store.view.showB));
       b.setAttribute("aria-pressed", String(store.view.showB));
+    };
+  }
+
+  private clipSection(): () => void {
+    const { store, session } = this;
+    const add = make("button", { type: "button", class: "button", title: "Another clip that gets the same warp: a second character, a camera" }, icon("plus"), "Add");
+    add.addEventListener("click", () => this.openFor("clip"));
+    const { body } = this.section("Clips", add);
+    let shown = "";
+    return () => {
+      const { clips } = this.document;
+      const names = clips.map((clip, i) => store.clips[i]?.name ?? clip.path);
+      const now = JSON.stringify([clips, names]);
+      if (now === shown) return;
+      shown = now;
+      body.replaceChildren(
+        ...clips.map((clip, i) => {
+          const role = make(
+            "select",
+            { class: "field", "aria-label": `Role of ${names[i]}`, disabled: i === 0, title: "Whether the warp is found on it, or it only gets the warp" },
+            make("option", { value: "search" }, "searched"),
+            make("option", { value: "follow" }, "follows"),
+          );
+          role.value = clip.role;
+          role.addEventListener("change", () =>
+            session.edit(setRole(this.document, i, role.value === "search" ? "search" : "follow"), "choose role of clip"),
+          );
+          const remove = make("button", { type: "button", class: "button bare", "aria-label": `Remove ${names[i]}`, title: "Remove from the group" }, icon("trash"));
+          remove.addEventListener("click", () => {
+            store.look({ clip: 0 });
+            session.edit({ ...this.document, clips: this.document.clips.filter((_, j) => j !== i) }, "remove clip");
+          });
+          // The first one sets the clock.
+          if (i === 0) remove.style.visibility = "hidden";
+          const name = make("span", { class: "clipname", title: clip.path }, names[i]);
+          return make("div", { class: "cliprow" }, name, role, remove);
+        }),
+      );
     };
   }
 

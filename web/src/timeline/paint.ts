@@ -410,5 +410,11 @@ export function wholeReference(store: Store): ReferenceSpan | null {
     const duration = (own.n_frames - 1) / own.rate;
     return { clip: own, duration, start: clip.start_time, end: clip.start_time + used, offset: clip.start_time, firstFrame: own.first_frame };
   }
-  return { clip, duration: used, start: 0, end: used, offset: 0, firstFrame: clip.first_frame };
+  if (file.first_frame === null && file.last_frame === null) {
+    store.wholes.set(file.path, { first: clip.first_frame, count: clip.n_frames });
+  }
+  const whole = store.wholes.get(file.path);
+  const start = whole ? (clip.first_frame - whole.first) / clip.rate : 0;
+  const duration = whole ? Math.max((whole.count - 1) / clip.rate, start + used) : used;
+  return { clip, duration, start, end: start + used, offset: start, firstFrame: whole?.first ?? clip.first_frame };
 }
