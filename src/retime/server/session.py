@@ -35,7 +35,7 @@ from retime.server.solver import LatestOnly
 from retime.warp.curve import Warp
 
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
-_REST = 0.06
+_REST = 0.2
 _OPENS = tuple(suffix for known in FORMATS for suffix in known.suffixes)
 
 

@@ -12,7 +12,7 @@ import { Ground } from "./ground";
 import { SignalView } from "./signals";
 
 /** While something is dragged, milliseconds that pass at least between two pictures of a stage drawn without a GPU. */
-const SLOW_MS = 120;
+const SLOW_MS = 250;
 
 /** Seconds of output to each side of the playhead that trails and onion skins cover, and between onion skins. */
 const AROUND = 1.2;

@@ -255,7 +255,7 @@ export class Painter {
       this.label("no search, no scores", heat.x + 8, heat.y + heat.height / 2, "left");
       return;
     }
-    const { low, high } = scoreRange(why.scores);
+    const { low, high } = rangeOf(why.scores);
     const colors = heatColors(palette["heat-low"], palette["heat-high"]);
     // Rows are as wide as they come out; neighbours of one colour are one rectangle.
     let runStart = start;
@@ -355,6 +355,17 @@ export class Painter {
       pen.fill();
     });
   }
+}
+
+const ranges = new WeakMap<Float64Array, { low: number; high: number }>();
+
+/** The same, found once for each explanation. */
+function rangeOf(scores: Float64Array): { low: number; high: number } {
+  const known = ranges.get(scores);
+  if (known) return known;
+  const found = scoreRange(scores);
+  ranges.set(scores, found);
+  return found;
 }
 
 /** From the 5th to the 95th of a hundred scores: one outlier does not make the rest pale. */

@@ -63,6 +63,11 @@ export class Timeline {
     if (changed.size === 0) return;
     const { clientWidth, clientHeight } = this.root;
     if (clientWidth === 0) return;
+    if (this.store.dragging && [...changed].every((topic) => topic === "document" || topic === "status")) {
+      // The handle goes with the hand at once; what is painted changes with the curve that answers.
+      this.handles.place(this.layout, this.scales);
+      return;
+    }
     const scale = devicePixelRatio;
     this.layout = layoutOf(clientWidth, clientHeight);
     this.rescale();
