@@ -1,6 +1,7 @@
 /** The editor, put together on an element: the page in a browser tab, or a widget in a notebook. */
 
 import { make } from "./dom";
+import { recall, remember } from "./memory";
 import { Dialogs } from "./panels/dialogs";
 import { Inspector } from "./panels/inspector";
 import { StageBar } from "./panels/stage_bar";
@@ -13,7 +14,7 @@ import { Session } from "./session";
 import { listen, type Shortcut } from "./shortcuts";
 import { Stage } from "./stage/stage";
 import { Store, type Topic } from "./store";
-import { recall, remember, Theme } from "./theme";
+import { Theme } from "./theme";
 import { Timeline } from "./timeline/timeline";
 import { outputEnd, outputStart } from "./warp";
 

@@ -3,6 +3,7 @@
 import "./style.css";
 import "./page.css";
 import { App } from "./app";
+import { rememberAcrossPorts } from "./memory";
 import type { Link, LinkEvents } from "./session";
 
 const root = document.getElementById("editor");
@@ -14,6 +15,7 @@ async function upload(file: File): Promise<string> {
   return ((await answer.json()) as { path: string }).path;
 }
 
+rememberAcrossPorts();
 const app = new App(root, { upload });
 connect(app.session, 0);
 

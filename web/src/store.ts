@@ -2,7 +2,7 @@
 
 import type { Clip, Curve, Document, Problem, State, Why } from "./messages";
 import { STILL, type PlaybackState } from "./playback";
-import { recall, remember } from "./theme";
+import { recall, remember } from "./memory";
 import { throughKeys } from "./document";
 import { inputAt, type Knots } from "./warp";
 

@@ -1,5 +1,7 @@
 /** Light or dark: as the person chose, else as the system has it; and the colours that canvases need. */
 
+import { recall, remember } from "./memory";
+
 export type ThemeChoice = "system" | "light" | "dark";
 
 const NAMES = [
@@ -67,22 +69,5 @@ export class Theme {
   private read(): Palette {
     const style = getComputedStyle(this.root);
     return Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()])) as Palette;
-  }
-}
-
-/** What the browser remembers for this page; nothing where it may not. */
-export function recall(name: string): string | null {
-  try {
-    return localStorage.getItem(name);
-  } catch {
-    return null;
-  }
-}
-
-export function remember(name: string, value: string): void {
-  try {
-    localStorage.setItem(name, value);
-  } catch {
-    // A browser that keeps nothing forgets the choice, no more.
   }
 }

@@ -150,6 +150,8 @@ try {
   await editor.dismiss();
   await key.waitFor();
   assert.equal(await key.getAttribute("aria-label"), movedLabel);
+  // Another port, the same person: the first steps are not shown again.
+  assert.equal(await page.getByRole("button", { name: "Got it" }).isVisible(), false);
   await editor.scrub(0.3);
   assert.equal(await editor.readout("input"), after.input);
   await shot("recovered");
