@@ -519,3 +519,8 @@ def test_a_lock_is_kept_beside_keytimes_that_lie_between_frames() -> None:
             inside = (times[first:last] + times[first + 1 : last + 1]) / 2
             np.testing.assert_allclose(result.warp.speed(inside), 1.0, rtol=1e-9)
     assert solved > 250
+
+
+def test_a_table_that_no_machine_should_make_is_refused_with_what_to_change() -> None:
+    with pytest.raises(OptionError, match=r"need a table of .* scores.* is the most\. Take fewer frames"):
+        guided_warp(curve(400), length="65%", upsample=120)
