@@ -166,7 +166,7 @@ export class Session implements LinkEvents {
         if (sent) sent.acknowledged = true;
         this.revision = message.revision;
         if (message.recovered && !before?.recovered) this.events.recovered();
-        if (before && before.document.clips[0]?.path !== message.document.clips[0]?.path) this.renew();
+        if (before && before.opened !== message.opened) this.renew();
         // While later changes wait, the page shows those; the answer to an earlier one would jump back.
         if (!this.gate.waits) this.store.document = message.document;
         this.store.touch("document", "status");
