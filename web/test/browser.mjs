@@ -8,7 +8,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { Editor, launch, serve } from "./editor.mjs";
+import { Editor, launch, serve, until } from "./editor.mjs";
 
 const { python, clip, options, folder, state, shots } = JSON.parse(process.argv[2]);
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
@@ -50,6 +50,7 @@ try {
   const whileHeld = await editor.readout("input");
   await shot("dragging");
   await editor.answered(() => page.mouse.up());
+  await editor.settled();
   const after = { input: await editor.readout("input"), output: await editor.readout("output") };
   const movedLabel = await key.getAttribute("aria-label");
   assert.equal(after.output, before.output);
@@ -63,18 +64,18 @@ try {
 
   // One drag is one step to undo, and to redo.
   await editor.answered(() => page.keyboard.press("Control+z"));
-  assert.equal(await key.getAttribute("aria-label"), firstLabel);
-  assert.equal(await editor.readout("input"), before.input);
+  await until(() => key.getAttribute("aria-label"), firstLabel);
+  await until(() => editor.readout("input"), before.input);
   await editor.answered(() => page.keyboard.press("Control+Shift+z"));
-  assert.equal(await key.getAttribute("aria-label"), movedLabel);
-  assert.equal(await editor.readout("input"), after.input);
+  await until(() => key.getAttribute("aria-label"), movedLabel);
+  await until(() => editor.readout("input"), after.input);
 
   // By keyboard alone: a frame later, and back.
   await key.focus();
   await editor.answered(() => page.keyboard.press("ArrowRight"));
   assert.notEqual(await key.getAttribute("aria-label"), movedLabel);
   await editor.answered(() => page.keyboard.press("ArrowLeft"));
-  assert.equal(await key.getAttribute("aria-label"), movedLabel);
+  await until(() => key.getAttribute("aria-label"), movedLabel);
 
   // Why: a frame under the pointer has a score and a matched pose, which lies on the stage as a ghost.
   const box = await editor.canvas.boundingBox();
@@ -95,12 +96,12 @@ try {
   await trouble.waitFor({ timeout: 30_000 });
   assert.ok((await trouble.innerText()).length > 20);
   assert.ok(await key.evaluate((element) => element.classList.contains("faulty")));
-  assert.equal(await editor.readout("input"), kept);
+  await until(() => editor.readout("input"), kept);
   await shot("problem");
   await output.blur();
   await editor.answered(() => page.keyboard.press("Control+z"));
   await trouble.waitFor({ state: "hidden" });
-  assert.equal(await key.getAttribute("aria-label"), movedLabel);
+  await until(() => key.getAttribute("aria-label"), movedLabel);
 
   // A warp is kept, and compared with: B plays it instead.
   await page.getByRole("button", { name: "Keep" }).click();
@@ -149,11 +150,11 @@ try {
   await page.getByText("Everything that was done is back").waitFor();
   await editor.dismiss();
   await key.waitFor();
-  assert.equal(await key.getAttribute("aria-label"), movedLabel);
+  await until(() => key.getAttribute("aria-label"), movedLabel);
   // Another port, the same person: the first steps are not shown again.
   assert.equal(await page.getByRole("button", { name: "Got it" }).isVisible(), false);
   await editor.scrub(0.3);
-  assert.equal(await editor.readout("input"), after.input);
+  await until(() => editor.readout("input"), after.input);
   await shot("recovered");
 
   // Saved to a file of its own.
@@ -171,6 +172,45 @@ try {
   await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(exported);
   await page.getByRole("button", { name: "Write", exact: true }).click();
   await page.getByText(`Wrote ${exported}`).waitFor({ timeout: 60_000 });
+
+  // The notebook's bundle shows the same where its messages travel another way.
+  const notebook = await page.context().newPage();
+  const widget = new Editor(notebook);
+  await notebook.goto(new URL("/health", page.url()).href);
+  await notebook.evaluate(async () => {
+    const { default: bundle } = await import("/widget.js");
+    const socket = new WebSocket(`ws://${location.host}/socket`);
+    socket.binaryType = "arraybuffer";
+    await new Promise((resolve) => socket.addEventListener("open", resolve));
+    const model = {
+      get: () => 600,
+      send: (content) => socket.send(JSON.stringify(content)),
+      on: (_, heard) =>
+        socket.addEventListener("message", ({ data }) =>
+          typeof data === "string" ? heard(JSON.parse(data), []) : heard({}, [new DataView(data)]),
+        ),
+      off: () => undefined,
+    };
+    const style = Object.assign(document.createElement("link"), { rel: "stylesheet", href: "/widget.css" });
+    document.head.append(style);
+    bundle.render({ model, el: document.body });
+  });
+  await widget.keys.first().waitFor();
+  await widget.ready();
+  await until(() => widget.keys.first().getAttribute("aria-label"), movedLabel);
+  // That bare document has no icon.
+  assert.deepEqual(widget.errors.filter((error) => !error.includes("404")), []);
+  await notebook.screenshot({ path: join(shots, "widget.png") });
+  await notebook.close();
+
+  // A file that is dropped is opened.
+  await page.evaluate(() => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File(["time,a,b\n" + Array.from({ length: 90 }, (_, i) => `${(i / 30).toFixed(6)},${i % 7},${i}`).join("\n")], "dropped.csv"));
+    document.querySelector(".retime").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+  });
+  await page.getByRole("img", { name: "Stage: the channels of dropped as curves" }).waitFor({ timeout: 30_000 });
+  await shot("dropped");
 
   // A browser without the cookie is not let in.
   const stranger = await (await browser.newContext()).newPage();

@@ -1,5 +1,6 @@
 // A real editor for the browser tests: the server as a person starts it, and a page in Chromium.
 
+import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync } from "node:fs";
 import { chromium } from "playwright-core";
@@ -121,6 +122,21 @@ export class Editor {
     return this.keys.nth(before);
   }
 
+  /** Let every curve come that is on its way: none comes for a while. */
+  async settled() {
+    await this.page.evaluate(
+      () =>
+        new Promise((resolve) => {
+          const root = document.querySelector(".retime");
+          let timer = setTimeout(resolve, 500);
+          root.addEventListener("retime:curve", () => {
+            clearTimeout(timer);
+            timer = setTimeout(resolve, 500);
+          });
+        }),
+    );
+  }
+
   async centre(locator) {
     const box = await locator.boundingBox();
     return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
@@ -149,6 +165,17 @@ export class Editor {
   async stage() {
     return (await this.page.locator(".stage").screenshot()).toString("base64");
   }
+}
+
+/** Wait until something reads as expected; what it reads at last is in the error. */
+export async function until(read, expected) {
+  const end = performance.now() + 20_000;
+  let found = await read();
+  while (found !== expected && performance.now() < end) {
+    await new Promise((resolve) => setTimeout(resolve, 30));
+    found = await read();
+  }
+  assert.equal(found, expected);
 }
 
 export function percentile(values, share) {
