@@ -103,10 +103,10 @@ class UndoMachine(RuleBasedStateMachine):
         goes_on = gesture != "" and gesture == self.gesture and self.place == len(self.values) - 1
         before = self.place - goes_on
         if number == self.values[before]:
-            # Back where it began.
+            # Back where it began, or nothing at all; whatever gesture there was is over.
             if goes_on:
                 self.values = self.values[: before + 1]
-                self.place, self.gesture = before, ""
+            self.place, self.gesture = before, ""
             return
         self.values = [*self.values[: before + 1], number]
         self.place, self.gesture = before + 1, "" if done else gesture
