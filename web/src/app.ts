@@ -205,6 +205,10 @@ export class App {
   private tick(now: number): void {
     this.awake = false;
     const { store } = this;
+    if (!this.theme.styled) {
+      this.theme.refresh();
+      if (!this.theme.styled) return this.wake();
+    }
     const knots = store.knots;
     if (store.playback.rate !== 0 && knots) {
       // After a pause of the page (another tab, say) time has not passed for the playhead.

@@ -55,6 +55,17 @@ export class Theme {
     return this.choice === "system" ? this.media.matches : this.choice === "dark";
   }
 
+  /** Whether the style sheet has come: in a notebook it may come after the view. */
+  get styled(): boolean {
+    return this.palette.ink !== "";
+  }
+
+  /** Read the colours again. */
+  refresh(): void {
+    this.palette = this.read();
+    if (this.styled) this.changed();
+  }
+
   choose(choice: ThemeChoice): void {
     remember(STORED, choice);
     this.apply();

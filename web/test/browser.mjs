@@ -200,6 +200,10 @@ try {
   await until(() => widget.keys.first().getAttribute("aria-label"), movedLabel);
   // That bare document has no icon.
   assert.deepEqual(widget.errors.filter((error) => !error.includes("404")), []);
+  await widget.frames(6);
+  // Its style sheet came after it: the timeline is drawn in the theme's colours, not in black.
+  const corner = await widget.canvas.evaluate((canvas) => [...canvas.getContext("2d").getImageData(2, 2, 1, 1).data]);
+  assert.notDeepEqual(corner, [0, 0, 0, 255]);
   await notebook.screenshot({ path: join(shots, "widget.png") });
   await notebook.close();
 
