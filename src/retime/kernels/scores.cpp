@@ -50,6 +50,20 @@ RETIME_INLINE double squared_distance(const double* __restrict a, const double* 
     return added(sum);
 }
 
+// `start` and the same, or infinity where that exceeds `most`: sums only grow, rounded ones too, so half of the terms may tell.
+RETIME_INLINE double squared_distance(const double* __restrict a, const double* __restrict b, size_t n, double start, double most) {
+    alignas(64) double sum[kLanes] = {};
+    const size_t half = n / kLanes / 2 * kLanes;
+    for (size_t d = 0; d < n; d += kLanes) {
+        if (d == half && d > 0 && start + added(sum) > most) return kFar;
+        for (size_t lane = 0; lane < kLanes; ++lane) {
+            const double difference = a[d + lane] - b[d + lane];
+            sum[lane] += difference * difference;
+        }
+    }
+    return start + added(sum);
+}
+
 // Sum of products, in the same order.
 RETIME_INLINE double dot(const double* __restrict a, const double* __restrict b, size_t n) {
     alignas(64) double sum[kLanes] = {};
@@ -301,7 +315,8 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     const double v = p.velocity, w = p.acceleration, scale = q.low.scale, unit = rounding(q.low.depth);
     const size_t n_tile = std::min(end - begin, std::max<size_t>(1, std::min(kTile, (size_t{1} << 17) / (s * s))));
     TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
-    TileProducts of_centres(q.low.prune ? n_tile : 0, q.low.prune ? s : 0, q.low.prune ? (q.centres.n_panels + kChunk) * kPanel : 0);
+    TileProducts centre_products(q.low.prune ? n_tile : 0, q.low.prune ? s : 0, q.low.prune ? (q.centres.n_panels + kChunk) * kPanel : 0);
+    TileProducts of_centres = centre_products;
 
     // Of each triple of the tile, and of the frame before the tile: its nearest rows, and what its bounds are made of.
     const size_t n_triples = (n_tile + 1) * s * s;
@@ -315,13 +330,15 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     // The frame that a pose part was measured for, and the triple that `move` belongs to.
     std::vector<int64_t> measured_for(r, -1);
     size_t moved = std::numeric_limits<size_t>::max();
-    const auto exact = [&](size_t j, size_t a, size_t b, int32_t row) RETIME_LAMBDA_INLINE {
+    // The squared distance, or one that is farther than `most` where it is farther.
+    const auto exact = [&](size_t j, size_t a, size_t b, int32_t row, double most) RETIME_LAMBDA_INLINE {
         const size_t l = static_cast<size_t>(row), triple = (j * s + a - 1) * s + b - 1;
-        if (moved != triple) movement(p, j - a, j, j + b, move.data());
-        moved = triple;
         if (measured_for[l] != static_cast<int64_t>(j)) pose_part[l] = squared_distance(q.input.data() + j * wide, q.poses.data() + l * wide, wide);
         measured_for[l] = static_cast<int64_t>(j);
-        return pose_part[l] + squared_distance(move.data(), q.moves.data() + l * wide_move, wide_move);
+        if (pose_part[l] > most) return kFar;
+        if (moved != triple) movement(p, j - a, j, j + b, move.data());
+        moved = triple;
+        return squared_distance(move.data(), q.moves.data() + l * wide_move, wide_move, pose_part[l], most);
     };
     // Lower the limits of triple t to its worst neighbour.
     const auto limit = [&](size_t t) {
@@ -369,7 +386,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
                 else if (by_values)
                     worst = std::max(worst, rows.at(g, static_cast<size_t>(guess)));
                 else if (!nearest(t).holds(guess))
-                    nearest(t).add(exact(j, a, b, guess), guess);
+                    nearest(t).add(exact(j, a, b, guess, nearest(t).limit()), guess);
             }
             least = std::min(least, worst);
         }
@@ -381,19 +398,28 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
 
     // Measure what was found, the nearest first: the limit comes down early.
     const auto measure = [&](size_t j, size_t a, size_t b, size_t t) RETIME_LAMBDA_INLINE {
+        const auto farther = [](const Found& one, const Found& other) { return one.value > other.value; };
+        const bool many = found.size() > 16;
+        if (many) std::make_heap(found.begin(), found.end(), farther);
         for (size_t m = 0; m < found.size(); ++m) {
-            size_t least = m;
-            for (size_t other = m + 1; other < found.size(); ++other) least = found[other].value < found[least].value ? other : least;
-            std::swap(found[m], found[least]);
-            if (found[m].value > limits[t]) break;
-            if (by_values && m + 1 == count) limits[t] = std::min(limits[t], loosened(found[m].value, margin[t]));
-            if (nearest(t).holds(found[m].row)) continue;
-            if (nearest(t).add(exact(j, a, b, found[m].row), found[m].row) && !by_values) limit(t);
+            const auto rest = found.begin() + static_cast<std::ptrdiff_t>(many ? 0 : m), last = found.end() - static_cast<std::ptrdiff_t>(many ? m : 0);
+            if (many)
+                std::pop_heap(rest, last, farther);
+            else
+                std::iter_swap(rest, std::min_element(rest, last, [&](const Found& one, const Found& other) { return farther(other, one); }));
+            const Found next = many ? *(last - 1) : *rest;
+            if (next.value > limits[t]) break;
+            if (by_values && m + 1 == count) limits[t] = std::min(limits[t], loosened(next.value, margin[t]));
+            if (nearest(t).holds(next.row)) continue;
+            if (nearest(t).add(exact(j, a, b, next.row, nearest(t).limit()), next.row) && !by_values) limit(t);
         }
     };
 
     std::vector<Hit> hits(kChunk);
-    std::vector<size_t> chunks((n_panels + kChunk - 1) / kChunk), held(chunks.size());
+    // The blocks in the order in which a tile meets them.
+    std::vector<uint32_t> order(n_panels);
+    std::iota(order.begin(), order.end(), uint32_t{0});
+    std::vector<float> radii(q.balls.radii), values(q.centres.n_panels * kPanel), behind(values.size());
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
         // The last frame of the tile before becomes the first of this one's.
@@ -415,46 +441,77 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
             for (size_t g = 0; g < n_group; ++g) rows.after[g] = of.after.data() + (j + b + g - after_first) * of.stride + column;
             return rows;
         };
-        if (q.low.prune) multiply(q.centres, 0, q.centres.n_panels, of_centres, 0);
+        if (q.low.prune) {
+            multiply(q.centres, 0, q.centres.n_panels, centre_products, 0);
+            // Blocks that are the nearest of some triple come first, then those that come close to that: so limits come down early.
+            std::fill(behind.begin(), behind.end(), static_cast<float>(kFar));
+            for (size_t j = first; j < last; ++j)
+                for (size_t a = 1; a <= s && a <= j; a += 2)
+                    for (size_t b = 1; b <= s && j + b < p.n_input; b += 2) {
+                        const Rows rows = rows_of(centre_products, j, a, b, 1, 0);
+                        const float *__restrict here = rows.here, *__restrict before = rows.before, *__restrict after = rows.after[0];
+                        alignas(64) float some[16];
+                        std::fill_n(some, 16, static_cast<float>(kFar));
+                        float* __restrict gap = values.data();
+                        for (size_t at = 0; at < values.size(); at += 16)
+                            for (size_t l = 0; l < 16; ++l) {
+                                const float value = (here[at + l] - before[at + l]) - after[at + l];
+                                gap[at + l] = value;
+                                some[l] = value < some[l] ? value : some[l];
+                            }
+                        const float least = *std::min_element(some, some + 16);
+                        float* __restrict nearest_gap = behind.data();
+                        for (size_t at = 0; at < values.size(); ++at) {
+                            const float more = gap[at] - least;
+                            nearest_gap[at] = more < nearest_gap[at] ? more : nearest_gap[at];
+                        }
+                    }
+            std::iota(order.begin(), order.end(), uint32_t{0});
+            std::sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) {
+                return behind[one] < behind[other] || (behind[one] == behind[other] && one < other);
+            });
+            const auto arrange = [&](const std::vector<float>& from, std::vector<float>& to, size_t n_rows) {
+                for (size_t row = 0; row < n_rows; ++row)
+                    for (size_t place = 0; place < n_panels; ++place)
+                        to[row * of_centres.stride + place] = from[row * of_centres.stride + order[place]];
+            };
+            arrange(centre_products.here, of_centres.here, last - first);
+            arrange(centre_products.before, of_centres.before, last - before_first);
+            arrange(centre_products.after, of_centres.after, after_last - after_first);
+            for (size_t place = 0; place < n_panels; ++place) radii[place] = q.balls.radii[order[place]];
+        }
 
-        // Chunks that held the neighbours of the frame before come first: there the limits come down.
-        std::fill(held.begin(), held.end(), 0);
-        for (size_t m = 0; m < s * s * count; ++m)
-            if (nearest_rows[m] >= 0) ++held[static_cast<size_t>(nearest_rows[m]) / (kChunk * kPanel)];
-        std::iota(chunks.begin(), chunks.end(), size_t{0});
-        std::stable_sort(chunks.begin(), chunks.end(), [&](size_t one, size_t other) { return held[one] > held[other]; });
-
-        for (const size_t chunk : chunks) {
-            const size_t panel = chunk * kChunk, n_blocks = std::min(kChunk, n_panels - panel);
-            const bool fresh = chunk == chunks.front(), pruned = q.low.prune && !fresh;
-            uint32_t needed = pruned ? 0 : (1u << n_blocks) - 1;
-            if (pruned) {
+        for (size_t panel = 0; panel < n_panels; panel += kChunk) {
+            const size_t n_blocks = std::min(kChunk, n_panels - panel);
+            const bool fresh = panel == 0, pruned = q.low.prune;
+            const uint32_t all = (1u << n_blocks) - 1;
+            uint32_t needed = pruned && !fresh ? 0 : all;
+            const auto near = [&](size_t j, size_t a, size_t b, size_t n_group, size_t t) RETIME_LAMBDA_INLINE {
+                uint32_t found[kGroup], any = 0;
+                loops.near(rows_of(of_centres, j, a, b, n_group, panel), radii.data() + panel, reach.data() + t, limits.data() + t, found);
+                for (size_t g = 0; g < n_group; ++g) any |= found[g];
+                masks[t] = static_cast<uint16_t>(any & all);
+            };
+            if (pruned && !fresh) {
                 for (size_t j = first; j < last; ++j)
                     for (size_t a = 1; a <= s && a <= j; ++a)
                         for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup) {
                             const size_t n_group = std::min({kGroup, s - b + 1, p.n_input - j - b}), t = ((j - first + 1) * s + a - 1) * s + b - 1;
-                            uint32_t found[kGroup], any = 0;
-                            loops.near(rows_of(of_centres, j, a, b, n_group, panel), q.balls.radii.data() + panel, reach.data() + t, limits.data() + t,
-                                       found);
-                            for (size_t g = 0; g < n_group; ++g) any |= found[g];
-                            masks[t] = static_cast<uint16_t>(any);
-                            needed |= any;
+                            near(j, a, b, n_group, t);
+                            needed |= masks[t];
                         }
             }
-            for (size_t block = 0; block < n_blocks;) {
-                // Neighbouring blocks together.
-                size_t n_some = 0;
-                while (block + n_some < n_blocks && needed >> (block + n_some) & 1) ++n_some;
-                if (n_some) multiply(q.columns, panel + block, n_some, tile, block * kPanel);
-                block += n_some + 1;
-            }
+            for (size_t block = 0; block < n_blocks; ++block)
+                if (needed >> block & 1) multiply(q.columns, order[panel + block], 1, tile, block * kPanel);
             for (size_t j = first; j < last; ++j)
                 for (size_t a = 1; a <= s && a <= j; ++a)
                     for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup) {
                         const size_t n_group = std::min({kGroup, s - b + 1, p.n_input - j - b}), t = ((j - first + 1) * s + a - 1) * s + b - 1;
                         const Rows rows = rows_of(tile, j, a, b, n_group, 0);
-                        if (fresh)
+                        if (fresh) {
                             for (size_t g = 0; g < n_group; ++g) begin_triple(j, a, b + g, t + g, rows, g);
+                            if (pruned) near(j, a, b, n_group, t);
+                        }
                         uint32_t blocks[kChunk], some = pruned ? masks[t] : needed;
                         size_t n_some = 0;
                         for (; some; some &= some - 1) blocks[n_some++] = static_cast<uint32_t>(__builtin_ctz(some));
@@ -466,11 +523,11 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
                             found.clear();
                             for (size_t hit = 0; hit < n_hits; ++hit) {
                                 if (!(hits[hit].group >> g & 1)) continue;
-                                const size_t column = hits[hit].block * kPanel;
+                                const size_t column = hits[hit].block * kPanel, row = order[panel + hits[hit].block] * kPanel;
                                 uint64_t near = loops.within(rows.here + column, rows.before + column, rows.after[g] + column, limits[t + g]);
                                 for (; near; near &= near - 1) {
-                                    const size_t at = column + static_cast<size_t>(__builtin_ctzll(near));
-                                    found.push_back({rows.at(g, at), static_cast<int32_t>(panel * kPanel + at)});
+                                    const size_t lane = static_cast<size_t>(__builtin_ctzll(near));
+                                    found.push_back({rows.at(g, column + lane), static_cast<int32_t>(row + lane)});
                                 }
                             }
                             measure(j, a, b + g, t + g);
