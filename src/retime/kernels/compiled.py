@@ -13,6 +13,8 @@ from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kerne
 _MOST_THREADS = 256
 # A reference of so many frames is worth putting in order.
 _LONG = 4096
+# Begin each triple with the neighbours of the one before it. Benchmarks do without, to tell what bounds gain.
+_GUESS = True
 # kPanel in tiles.hpp.
 _BLOCK = 64
 # Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
@@ -54,6 +56,8 @@ def joint_scores(
         place[order], place[n_reference] = np.arange(n_reference), -1
         following = place[order + 1]
         reference, low_reference = reference[order], low_reference[order]
+    if not _GUESS:
+        following = following[:0]
     _kernels.joint_scores(
         inputs, reference, max_skip, velocity, acceleration, n_neighbors,
         low_inputs, low_reference, scale, following, not long, long, n_threads(), each, out,

@@ -44,7 +44,7 @@ NB_MODULE(_kernels, m) {
           [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Doubles low_input,
              Doubles low_reference, double scale, Rows following, bool tight, bool prune, int n_threads, bool each, Output out) {
               const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
-              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, following.data(), tight, prune};
+              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, following.shape(0) ? following.data() : nullptr, tight, prune};
               nb::gil_scoped_release unlocked;
               retime::joint_scores(p, low, n_threads, each, out.data());
           });

@@ -324,8 +324,10 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     std::vector<int32_t> nearest_rows(n_triples * count, -1);
     std::vector<float> limits(n_triples), reach(n_triples);
     std::vector<uint16_t> masks(n_triples);
-    const auto nearest = [&](size_t t) { return Nearest(count, squares.data() + t * count, nearest_rows.data() + t * count); };
+    const auto nearest = [&](size_t t) RETIME_LAMBDA_INLINE { return Nearest(count, squares.data() + t * count, nearest_rows.data() + t * count); };
 
+    // With one chunk and no projection, values alone tell how near is near enough: up to slack they are right.
+    const bool by_values = n_panels <= kChunk && q.low.tight;
     std::vector<double> move(wide_move, 0.0), pose_part(r);
     // The frame that a pose part was measured for, and the triple that `move` belongs to.
     std::vector<int64_t> measured_for(r, -1);
@@ -335,13 +337,15 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         const size_t l = static_cast<size_t>(row), triple = (j * s + a - 1) * s + b - 1;
         if (measured_for[l] != static_cast<int64_t>(j)) pose_part[l] = squared_distance(q.input.data() + j * wide, q.poses.data() + l * wide, wide);
         measured_for[l] = static_cast<int64_t>(j);
-        if (pose_part[l] > most) return kFar;
+        if (!by_values && pose_part[l] > most) return kFar;
         if (moved != triple) movement(p, j - a, j, j + b, move.data());
         moved = triple;
+        // What was chosen by its value is hardly ever farther.
+        if (by_values) return pose_part[l] + squared_distance(move.data(), q.moves.data() + l * wide_move, wide_move);
         return squared_distance(move.data(), q.moves.data() + l * wide_move, wide_move, pose_part[l], most);
     };
     // Lower the limits of triple t to its worst neighbour.
-    const auto limit = [&](size_t t) {
+    const auto limit = [&](size_t t) RETIME_LAMBDA_INLINE {
         const double root = std::sqrt(squares[t * count + count - 1]) * scale, half = 0.5 * root * root, least = half - base[t];
         limits[t] = static_cast<float>(least + margin[t] + 1e-12 * half + 2.4e-7 * std::abs(least));
         reach[t] = static_cast<float>(std::min(root, 1e15) * 1.000001);
@@ -353,8 +357,6 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         int32_t row;
     };
     std::vector<Found> found;
-    // With one chunk and no projection, values alone tell how near is near enough: up to slack they are right.
-    const bool by_values = n_panels <= kChunk && q.low.tight;
     const auto slack_of = [&](size_t i, size_t j, size_t k) {
         return unit * (q.lengths[j] * q.columns.longest_here + q.lengths[i] * q.columns.longest_before + q.lengths[k] * q.columns.longest_after +
                        q.columns.largest + q.centres.largest) + 1e-30;
@@ -376,7 +378,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         }
         float least = static_cast<float>(kFar);
         for (const bool on : {true, false}) {
-            if (on ? j <= a || j == begin : a == 1) continue;
+            if (!q.low.following || (on ? j <= a || j == begin : a == 1)) continue;
             const size_t other = on ? t - s * s : t - s;
             float worst = -static_cast<float>(kFar);
             for (size_t m = 0; m < count; ++m) {
@@ -402,12 +404,16 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         const bool many = found.size() > 16;
         if (many) std::make_heap(found.begin(), found.end(), farther);
         for (size_t m = 0; m < found.size(); ++m) {
-            const auto rest = found.begin() + static_cast<std::ptrdiff_t>(many ? 0 : m), last = found.end() - static_cast<std::ptrdiff_t>(many ? m : 0);
-            if (many)
-                std::pop_heap(rest, last, farther);
-            else
-                std::iter_swap(rest, std::min_element(rest, last, [&](const Found& one, const Found& other) { return farther(other, one); }));
-            const Found next = many ? *(last - 1) : *rest;
+            Found next;
+            if (many) {
+                std::pop_heap(found.begin(), found.end() - static_cast<std::ptrdiff_t>(m), farther);
+                next = found[found.size() - 1 - m];
+            } else {
+                size_t least = m;
+                for (size_t other = m + 1; other < found.size(); ++other) least = farther(found[least], found[other]) ? other : least;
+                std::swap(found[m], found[least]);
+                next = found[m];
+            }
             if (next.value > limits[t]) break;
             if (by_values && m + 1 == count) limits[t] = std::min(limits[t], loosened(next.value, margin[t]));
             if (nearest(t).holds(next.row)) continue;
@@ -418,7 +424,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     std::vector<Hit> hits(kChunk);
     // The blocks in the order in which a tile meets them.
     std::vector<uint32_t> order(n_panels);
-    std::iota(order.begin(), order.end(), uint32_t{0});
+    std::vector<size_t> held((n_panels + kChunk - 1) / kChunk);
     std::vector<float> radii(q.balls.radii), values(q.centres.n_panels * kPanel), behind(values.size());
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
@@ -436,7 +442,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
             loops.products(q.rows.data() + after_first * depth, after_last - after_first, depth, columns.after.data() + at, n_some,
                            to.after.data() + column, to.stride);
         };
-        const auto rows_of = [&](const TileProducts& of, size_t j, size_t a, size_t b, size_t n_group, size_t column) {
+        const auto rows_of = [&](const TileProducts& of, size_t j, size_t a, size_t b, size_t n_group, size_t column) RETIME_LAMBDA_INLINE {
             Rows rows{of.here.data() + (j - first) * of.stride + column, of.before.data() + (j - a - before_first) * of.stride + column, {}, n_group};
             for (size_t g = 0; g < n_group; ++g) rows.after[g] = of.after.data() + (j + b + g - after_first) * of.stride + column;
             return rows;
@@ -479,6 +485,13 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
             arrange(centre_products.before, of_centres.before, last - before_first);
             arrange(centre_products.after, of_centres.after, after_last - after_first);
             for (size_t place = 0; place < n_panels; ++place) radii[place] = q.balls.radii[order[place]];
+        } else {
+            // Chunks that held the neighbours of the frame before come first.
+            std::fill(held.begin(), held.end(), 0);
+            for (size_t m = 0; m < s * s * count; ++m)
+                if (nearest_rows[m] >= 0) ++held[static_cast<size_t>(nearest_rows[m]) / (kChunk * kPanel)];
+            std::iota(order.begin(), order.end(), uint32_t{0});
+            std::stable_sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) { return held[one / kChunk] > held[other / kChunk]; });
         }
 
         for (size_t panel = 0; panel < n_panels; panel += kChunk) {
@@ -501,8 +514,14 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
                             needed |= masks[t];
                         }
             }
-            for (size_t block = 0; block < n_blocks; ++block)
-                if (needed >> block & 1) multiply(q.columns, order[panel + block], 1, tile, block * kPanel);
+            for (size_t block = 0; block < n_blocks;) {
+                // Neighbouring blocks together.
+                const size_t from = order[panel + block];
+                size_t n_some = 0;
+                while (block + n_some < n_blocks && needed >> (block + n_some) & 1 && order[panel + block + n_some] == from + n_some) ++n_some;
+                if (n_some) multiply(q.columns, from, n_some, tile, block * kPanel);
+                block += std::max<size_t>(n_some, 1);
+            }
             for (size_t j = first; j < last; ++j)
                 for (size_t a = 1; a <= s && a <= j; ++a)
                     for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup) {

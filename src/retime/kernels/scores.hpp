@@ -20,7 +20,7 @@ struct Projection {
     const double* reference;  // (n_reference, 3 * depth)
     size_t depth;
     double scale;
-    const int32_t* following;  // (n_reference): the row of the next frame in time, or -1
+    const int32_t* following;  // (n_reference): the row of the next frame in time, or -1; null: triples begin without a guess
     bool tight;                // nothing was left out: the same distances, times scale
     bool prune;                // reject blocks of 64 rows by their centres; pays where neighbouring rows are close together
 };
