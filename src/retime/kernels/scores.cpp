@@ -337,11 +337,11 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         const size_t l = static_cast<size_t>(row), triple = (j * s + a - 1) * s + b - 1;
         if (measured_for[l] != static_cast<int64_t>(j)) pose_part[l] = squared_distance(q.input.data() + j * wide, q.poses.data() + l * wide, wide);
         measured_for[l] = static_cast<int64_t>(j);
-        if (!by_values && pose_part[l] > most) return kFar;
+        if (!q.low.tight && pose_part[l] > most) return kFar;
         if (moved != triple) movement(p, j - a, j, j + b, move.data());
         moved = triple;
-        // What was chosen by its value is hardly ever farther.
-        if (by_values) return pose_part[l] + squared_distance(move.data(), q.moves.data() + l * wide_move, wide_move);
+        // Where nothing was left out, what was chosen is hardly ever farther.
+        if (q.low.tight) return pose_part[l] + squared_distance(move.data(), q.moves.data() + l * wide_move, wide_move);
         return squared_distance(move.data(), q.moves.data() + l * wide_move, wide_move, pose_part[l], most);
     };
     // Lower the limits of triple t to its worst neighbour.
