@@ -41,9 +41,9 @@ _TARGETS = """
   on all cores, the layered recurrence in NumPy. retime runs on one thread.
 * Memory is the peak of a fresh process above what it held with its data loaded. For the path, the scores are added.
 * *No bounds* is the same loop, with the same tiles and the same exact distances, but every triple meets every reference
-  frame in all its numbers. With bounds, the reference is put in order, projected on the directions that hold nearly all
-  of its variance, and blocks of 64 frames are rejected by their centre and radius. Both give the same bits; the time
-  to put it in order counts.
+  frame in all its numbers, and begins without a guess. With bounds, the reference is put in order, projected on the
+  directions that hold nearly all of its variance, triples begin with the neighbours of the triple before, and blocks of
+  64 frames are rejected by their centre and radius. Both give the same bits; the time to put it in order counts.
 """
 
 _SIZES = """
