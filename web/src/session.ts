@@ -44,7 +44,7 @@ export interface SessionEvents {
 }
 
 // A solve that takes longer does not hold newer positions back: they reach the journal, and the solver takes the newest.
-const PATIENCE_MS = 120;
+const PATIENCE_MS = 25;
 // Writing an edit down takes the server milliseconds; one that is in doubt for as long as this was refused.
 const DOUBT_MS = 1500;
 
