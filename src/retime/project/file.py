@@ -14,8 +14,9 @@ from retime.errors import FormatError
 from retime.formats.files import read_bytes, write_bytes
 from retime.formats.options import Limits
 from retime.project.document import ClipFile, Document, ReferenceFile
-from retime.project.values import from_value, parse_json, to_value
+from retime.project.values import from_value, to_value
 from retime.warp.curve import Warp
+from retime.warp.strict_json import parse_json
 
 VERSION = 1
 SUFFIX = ".retime"

@@ -17,48 +17,10 @@ from retime.errors import FormatError
 
 Value = TypeVar("Value")
 
-MAX_DEPTH = 64
 # Of a list. No document that a person makes has as many keytimes.
 MAX_ITEMS = 100_000
 # Beyond this a double no longer tells neighbouring whole numbers apart, nor does a page.
 MAX_INT = 2**53
-
-
-def parse_json(text: str | bytes) -> Any:
-    """Parse JSON; refuse numbers that are none, and nesting deeper than `MAX_DEPTH`.
-
-    Raises
-    ------
-    FormatError
-        Says where and why.
-    """
-    if isinstance(text, bytes):
-        try:
-            text = text.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise FormatError("expected JSON in UTF-8", byte=error.start) from None
-    try:
-        document = json.loads(text, parse_constant=_refuse_constant)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not JSON: {error.msg}", line=error.lineno, column=error.colno) from None
-    except RecursionError:
-        raise FormatError(f"JSON nested more than {MAX_DEPTH} deep") from None
-    except FormatError:
-        raise
-    except ValueError:
-        # Python refuses to read whole numbers of thousands of digits.
-        raise FormatError("a whole number has too many digits") from None
-    level = [document]
-    for _ in range(MAX_DEPTH):
-        inside = (node.values() if isinstance(node, dict) else node for node in level if isinstance(node, dict | list))
-        level = [child for children in inside for child in children if isinstance(child, dict | list)]
-        if not level:
-            return document
-    raise FormatError(f"JSON nested more than {MAX_DEPTH} deep")
-
-
-def _refuse_constant(constant: str) -> None:
-    raise FormatError(f"{constant} is not a number that a document may hold")
 
 
 def to_value(thing: Any) -> Any:
@@ -91,7 +53,7 @@ def from_value(kind: type[Value], value: Any, where: str) -> Value:
         A dataclass, or one of bool, int, float, str, None, a Literal, a union of these, ``tuple[kind, ...]``, a tuple
         of given kinds, or ``dict[str, kind]``.
     value : object
-        From `parse_json`.
+        From `retime.warp.strict_json.parse_json`.
     where : str
         What to call it in messages.
 

@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from retime.errors import FormatError
 from retime.project.document import Document
-from retime.project.values import from_value, parse_json, to_value
+from retime.project.values import from_value, to_value
+from retime.warp.strict_json import parse_json
 
 VERSION = 1
 """Of the messages. A page of another version is told so, and does nothing."""

@@ -11,18 +11,17 @@ import itertools
 import json
 import math
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from retime.errors import FormatError, InfeasibleWarpError, OptionError
+from retime.warp.strict_json import parse_json
 
 FloatArray = NDArray[np.float64]
 
 _VERSION = 1
 _MAX_KNOTS = 20_000_000
-_MAX_DEPTH = 64
 # Seconds. Two knots closer than this are one: the slope between them would be made of rounding errors.
 _SAME_TIME = 1e-9
 
@@ -279,7 +278,7 @@ class Warp:
         FormatError
             Not JSON, not a warp, a version from the future, or numbers that make no warp.
         """
-        document = _parse_json(text)
+        document = parse_json(text, what="a warp", prefix="not a warp: ")
         if not isinstance(document, dict) or document.get("format") != "retime-warp":
             raise FormatError('expected a warp: a JSON object with "format": "retime-warp"')
         version = document.get("version")
@@ -307,36 +306,6 @@ class Warp:
             )
         except OptionError as error:
             raise FormatError(str(error)) from None
-
-
-def _parse_json(text: str | bytes) -> Any:
-    def refuse(constant: str) -> None:
-        raise FormatError(f"{constant} is not a number that a warp may hold")
-
-    if isinstance(text, bytes):
-        try:
-            text = text.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise FormatError("expected JSON in UTF-8", byte=error.start) from None
-    too_deep = f"not a warp: JSON nested more than {_MAX_DEPTH} deep"
-    try:
-        document = json.loads(text, parse_constant=refuse)
-    except json.JSONDecodeError as error:
-        raise FormatError(f"not JSON: {error.msg}", line=error.lineno, column=error.colno) from None
-    except RecursionError:
-        raise FormatError(too_deep) from None
-    except FormatError:
-        raise
-    except ValueError:
-        # Python refuses to read whole numbers of thousands of digits.
-        raise FormatError("not a warp: it holds a whole number with too many digits") from None
-    level = [document]
-    for _ in range(_MAX_DEPTH):
-        inside = (node.values() if isinstance(node, dict) else node for node in level if isinstance(node, dict | list))
-        level = [child for children in inside for child in children if isinstance(child, dict | list)]
-        if not level:
-            return document
-    raise FormatError(too_deep)
 
 
 def _is_number(value: object) -> bool:
