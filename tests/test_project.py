@@ -20,7 +20,17 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from retime.errors import FormatError, OptionError, OutputExistsError
 from retime.project import journal as journals
-from retime.project.document import ClipFile, Document, KeptWarp, Key, LockedTime, Options, ReferenceFile
+from retime.project.document import (
+    ClipFile,
+    CounterpartFile,
+    Document,
+    JointPair,
+    KeptWarp,
+    Key,
+    LockedTime,
+    Options,
+    ReferenceFile,
+)
 from retime.project.file import project_bytes, read_project, save_project, warp_id
 from retime.project.history import History
 from retime.project.journal import Edit, Journal, read_journal
@@ -35,9 +45,19 @@ WARP = Warp(np.array([0.0, 0.1, 1 / 3]), np.array([0.0, 0.3, 2 / 3]), name="Ã©tÃ
 def document_of(folder: Path) -> Document:
     """Make a document that uses every field."""
     return Document(
-        clips=(ClipFile(str(folder / "a.bvh"), first_frame=2, last_frame=90, fps="30000/1001"),),
+        clips=(
+            ClipFile(str(folder / "a.bvh"), first_frame=2, last_frame=90, fps="30000/1001", up="z"),
+            ClipFile(str(folder / "camera.csv")),
+        ),
         references=(
-            ReferenceFile(str(folder / "refs" / "b.bvh"), weight=2.0, mirror=True),
+            ReferenceFile(
+                str(folder / "refs" / "b.bvh"),
+                weight=2.0,
+                mirror=True,
+                joint_map=str(folder / "names.json"),
+                joints=(JointPair("Hips", "pelvis"),),
+                counterparts=(CounterpartFile(1, str(folder / "refs" / "c.csv"), fps="25"),),
+            ),
             ReferenceFile(first_frame=4),
         ),
         keys=(Key("k1", 1 / 3, 0.1), Key("k2", 2.0, 1.5, 0.5)),
@@ -77,6 +97,8 @@ def test_a_document_is_json_and_back(tmp_path) -> None:
         ({"options": {"max_skip": 2.0}}, "expected a whole number"),
         ({"length": "\ud800"}, "half a letter"),
         ({"tempo": 1}, 'unknown field "tempo"'),
+        ({"references": [{"counterparts": [{"clip": 1, "path": "b"}]}]}, "counterpart for clip 1, of 1 clips"),
+        ({"references": [{"joints": [{"input": "a", "reference": "b"}] * 2}]}, "two joints for one of the clip's"),
     ],
 )
 def test_what_is_no_document_is_refused_with_its_place(change, says) -> None:
@@ -185,6 +207,17 @@ def test_a_project_comes_back_as_it_was(tmp_path) -> None:
     np.testing.assert_array_equal(project.warps[warp_id(WARP)].input_times, WARP.input_times)
 
 
+def test_a_project_of_version_1_is_read(tmp_path) -> None:
+    place = tmp_path / "old.retime"
+    reference = {"path": "b.bvh", "first_frame": 3, "weight": 2.0, "mirror": False, "joint_map": "names.csv"}
+    document = {"clips": [{"path": "a.bvh", "role": "search"}], "references": [reference]}
+    place.write_text(json.dumps({"format": "retime-project", "version": 1, "document": document, "warps": {}}))
+    (found,) = read_project(place).document.references
+    assert found == ReferenceFile(
+        str(tmp_path / "b.bvh"), first_frame=3, weight=2.0, joint_map=str(tmp_path / "names.csv")
+    )
+
+
 def test_files_in_the_projects_folder_move_with_it(tmp_path) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     here.mkdir()
@@ -200,7 +233,7 @@ def test_files_in_the_projects_folder_move_with_it(tmp_path) -> None:
     [
         ("", "not JSON"),
         ("{}", "expected a project"),
-        ('{"format": "retime-project", "version": 2}', "version 2 is not one"),
+        ('{"format": "retime-project", "version": 3}', r"version 3 is not one .*\(it reads 1, 2\)"),
         ('{"format": "retime-project", "version": true}', "version True is not one"),
         ('{"format": "retime-project", "version": 1}', "document: expected an object"),
         (
@@ -555,6 +588,16 @@ def test_places_are_compared_part_by_part_with_links_followed(tmp_path) -> None:
     ):
         with pytest.raises(OptionError, match=r"outside the folders|no path"):
             places.find(path)
+
+
+def test_a_refusal_says_what_to_type(tmp_path) -> None:
+    here, one, two = (tmp_path / name for name in ("here", "my clips", "more"))
+    places = Places([here], command=["retime", "edit", "--project", "p.retime"])
+    with pytest.raises(OptionError) as found:
+        places.find(one / "a.bvh", beside=[one / "b.bvh", here / "c.bvh", two / "d.bvh"])
+    assert str(found.value).endswith(f"type: retime edit --project p.retime --folder '{one}' --folder {two}")
+    with pytest.raises(OptionError, match=r"os\.chdir"):
+        Places([here]).find(one / "a.bvh")
 
 
 def test_a_name_that_is_no_text_is_refused() -> None:

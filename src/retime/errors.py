@@ -93,6 +93,10 @@ class InfeasibleWarpError(RetimeError, ValueError):
         Frames and limit of the span that fails, at the analysis rate.
     min_output, max_output : int, optional
         The output frames that this span allows, at the analysis rate.
+    option : str, optional
+        The argument of `retime.guided_warp` that is at fault, where it is one.
+    output_times : tuple of float
+        Output times of the keytimes at fault.
     """
 
     def __init__(
@@ -105,7 +109,11 @@ class InfeasibleWarpError(RetimeError, ValueError):
         max_skip: int | None = None,
         min_output: int | None = None,
         max_output: int | None = None,
+        option: str | None = None,
+        output_times: tuple[float, ...] = (),
     ) -> None:
+        self.option = option
+        self.output_times = output_times
         self.span = span
         self.n_input = n_input
         self.n_output = n_output
@@ -116,7 +124,32 @@ class InfeasibleWarpError(RetimeError, ValueError):
 
 
 class OptionError(RetimeError, ValueError):
-    """Options contradict each other or the data."""
+    """Options contradict each other or the data.
+
+    Parameters
+    ----------
+    message : str
+        What contradicts what, and what would help.
+    option : str, optional
+        The argument of `retime.guided_warp` that is at fault, where it is one.
+    item : int, optional
+        Which of its items, counted from 0, where it is a list (``locks``, ``reference``).
+    output_times : tuple of float
+        Output times of the keytimes at fault.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        option: str | None = None,
+        item: int | None = None,
+        output_times: tuple[float, ...] = (),
+    ) -> None:
+        self.option = option
+        self.item = item
+        self.output_times = output_times
+        super().__init__(message)
 
 
 class OutputExistsError(RetimeError, FileExistsError):

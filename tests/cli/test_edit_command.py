@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import http.client
 import importlib.util
+import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -42,6 +44,16 @@ def edited(*arguments: str | Path, folder: Path) -> Iterator[tuple[subprocess.Po
         process.communicate()
 
 
+def ended(process: subprocess.Popen[str], address: str) -> tuple[str, str]:
+    """Interrupt an editor that has begun to serve; return what it said."""
+    connection = http.client.HTTPConnection(address.split("/")[2], timeout=30)
+    connection.request("GET", "/health")
+    assert connection.getresponse().status == 403
+    connection.close()
+    process.send_signal(signal.SIGINT)
+    return process.communicate(timeout=30)
+
+
 def test_it_prints_an_address_that_works_once_the_token_is_exchanged(clips, run, tmp_path, monkeypatch) -> None:
     with edited(clips.bvh, "--reference", clips.bvh, "--port", "0", "--up", "y", folder=tmp_path) as (process, address):
         host, path = re.fullmatch(r"http://([\d.]+:\d+)(/\?token=[\w-]+)", address).groups()
@@ -71,6 +83,20 @@ def test_a_project_is_begun_and_open_once(clips, run, tmp_path) -> None:
         assert (tmp_path / ".p.retime-journal").exists()
         again = run("edit", clips.bvh, "--project", "p.retime", "--no-browser", code=2)
         assert "another editor has this open" in again.stderr
+
+
+def test_a_project_whose_files_lie_elsewhere_says_what_to_type(clips, tmp_path) -> None:
+    home = tmp_path / "projects"
+    home.mkdir()
+    value = {"clips": [{"path": str(clips.bvh)}]}
+    (home / "p.retime").write_text(json.dumps({"format": "retime-project", "version": 2, "document": value}))
+    with edited("--project", "p.retime", folder=home) as (process, address):
+        said = ended(process, address)[1]
+    typed = shlex.split(said.partition("type: ")[2])
+    assert typed == ["retime", "edit", "--project", "p.retime", "--folder", str(clips.bvh.parent)]
+    # What it says to type, typed.
+    with edited(*typed[2:], folder=home) as (process, address):
+        assert ended(process, address) == ("", "")
 
 
 @pytest.mark.parametrize(

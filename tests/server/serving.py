@@ -172,7 +172,8 @@ def serving(
     else:
         assert document is not None
         work = open_document(document, folder=state)
-    server = EditorServer(Editor(work, Places([folder]), state, page=page or folder / "no page"))
+    places = Places([folder], command=["retime", "edit", *clips])
+    server = EditorServer(Editor(work, places, state, page=page or folder / "no page"))
     thread = threading.Thread(target=server.serve_until_interrupted)
     thread.start()
     try:

@@ -9,13 +9,14 @@ import os
 import re
 import signal
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed
 
-from retime import guided_warp, read, read_warp
+from retime import Reference, guided_warp, read, read_warp, write
 from retime.motion.kinematics import flights, global_poses
 from retime.project import journal as journals
 from retime.project.document import ClipFile, Document, Key
@@ -105,23 +106,44 @@ def test_two_pages_see_the_same_and_the_slower_one_is_told(served) -> None:
 @pytest.mark.parametrize(
     ("changes", "says", "at"),
     [
-        ({"keys": [{**KEY, "output_time": 0.001}]}, "closer than one frame", ("k", None)),
+        ({"keys": [{**KEY, "output_time": 0.001}]}, "closer than one frame", {"key": "k"}),
         (
             {"keys": [KEY, {**KEY, "id": "j", "input_time": 1.0}]},
             "two keytimes stand at output time 1.5 s",
-            ("j", None),
+            {"key": "j"},
         ),
-        ({"keys": [{**KEY, "output_time": 9.0}], "length": "2s"}, "beyond the output's end", ("k", None)),
-        ({"keys": [{**KEY, "speed": -1.0}]}, "expected a playback speed", ("k", None)),
-        ({"locks": [{"id": "l", "start": 3.0, "end": 2.0}]}, "a lock needs a span", (None, "l")),
-        ({"locks": [{"id": "l", "start": 3.0, "end": 9.0}]}, "leaves the clip", (None, "l")),
-        ({"length": "1f"}, "length", (None, None)),
-        ({"options": {"slowest": 4.0, "fastest": 2.0}}, "speed limits", (None, None)),
-        ({"clips": [{"path": "none.bvh"}]}, "none.bvh: No such file", (None, None)),
-        ({"clips": [{"path": "jump.bvh", "first_frame": 900}]}, "900", (None, None)),
+        ({"keys": [{**KEY, "output_time": 9.0}], "length": "2s"}, "beyond the output's end", {"key": "k"}),
+        ({"keys": [{**KEY, "input_time": 60.0}]}, "asks for input time 60 s", {"key": "k"}),
+        ({"keys": [{**KEY, "speed": -1.0}]}, "expected a playback speed", {"key": "k"}),
+        ({"keys": [{**KEY, "speed": 6.0}], "options": {"max_skip": 4}}, "asks for speed 6", {"key": "k"}),
+        ({"locks": [{"id": "l", "start": 3.0, "end": 2.0}]}, "a lock needs a span", {"lock": "l"}),
+        ({"locks": [{"id": "l", "start": 3.0, "end": 9.0}]}, "leaves the clip", {"lock": "l"}),
+        (
+            {"locks": [{"id": "m", "start": 0.5, "end": 1.0}, {"id": "l", "start": 2.0, "end": 2.001}]},
+            "shorter than one step",
+            {"lock": "l"},
+        ),
+        ({"length": "1f"}, "length", {"field": "length"}),
+        ({"length": "soon"}, "expected a length", {"field": "length"}),
+        ({"length": "free", "min_length": "0"}, "expected a length", {"field": "min_length"}),
+        ({"length": "free", "min_length": "3s", "max_length": "2s"}, "is more than the most", {"field": "max_length"}),
+        ({"max_length": "2s"}, "need a free length", {"field": "length"}),
+        ({"options": {"rate": "often"}}, "expected a frame rate", {"field": "options.rate"}),
+        ({"options": {"max_skip": 300}}, "max_skip must be from 1", {"field": "options.max_skip"}),
+        ({"options": {"slowest": 4.0, "fastest": 2.0}}, "speed limits", {"field": "options.fastest"}),
+        ({"clips": [{"path": "none.bvh"}]}, "none.bvh: No such file", {"clip": 0}),
+        ({"clips": [{"path": "jump.bvh", "first_frame": 900}]}, "900", {"clip": 0}),
+        ({"references": [{}, {"path": "none.bvh"}]}, "none.bvh: No such file", {"reference": 1}),
+        ({"references": [{}, {"weight": 0}]}, "the weight of a reference", {"reference": 1}),
+        ({"references": [{"path": "camera.csv"}]}, "must be of one kind", {"reference": 0}),
+        (
+            {"references": [{"path": "leap.bvh", "joints": [{"input": "Hips", "reference": "Tail"}]}]},
+            "'Tail', which the reference has not",
+            {"reference": 0},
+        ),
     ],
 )
-def test_what_can_not_be_done_is_told_beside_the_key(served, changes, says, at) -> None:
+def test_what_can_not_be_done_names_what_is_at_fault(served, changes, says, at) -> None:
     with served.ready_page() as page:
         page.edit(length="90%")
         assert page.curve()["type"] == "curve"
@@ -129,7 +151,8 @@ def test_what_can_not_be_done_is_told_beside_the_key(served, changes, says, at) 
         problem = page.curve()
         assert problem["type"] == "problem"
         assert says in problem["message"]
-        assert (problem["key"], problem["lock"]) == at
+        faults = {name: problem[name] for name in ("key", "lock", "clip", "reference", "field")}
+        assert {name: fault for name, fault in faults.items() if fault is not None} == at
         # Who comes later is told too, with the last good curve.
         with served.page() as late:
             assert late.until("problem") == problem
@@ -147,7 +170,7 @@ def test_of_the_two_ends_of_a_span_the_one_that_moved_is_at_fault(folder) -> Non
         bad = Document(good.clips, keys=moved, length="100%")
         with pytest.raises(ValueError, match=r"closer|cannot fit") as found:
             solver.solve(bad)
-        assert fault_of(found.value, bad, read(folder / "jump.bvh"), good).key == fault
+        assert fault_of(found.value, bad, good).key == fault
 
 
 def test_what_is_no_message_is_told_and_changes_nothing(served) -> None:
@@ -195,6 +218,50 @@ def test_a_group_is_searched_together_and_others_follow(folder) -> None:
     clips = [read(folder / name) for name in ("jump.bvh", "leap.bvh")]
     np.testing.assert_array_equal(first["input_times"], guided_warp(clips[0], length="75%").warp.input_times)
     np.testing.assert_array_equal(together["input_times"], guided_warp(clips, length="75%").warp.input_times)
+
+
+def test_a_group_imitates_a_group_and_a_stretch_of_itself(folder) -> None:
+    jump, leap = (read(folder / name) for name in ("jump.bvh", "leap.bvh"))
+    write(leap.frames(0, 200), folder / "a.bvh")
+    write(jump.frames(0, 200), folder / "b.bvh")
+    with serving(folder, "jump.bvh", "leap.bvh") as served, served.ready_page() as page:
+        first, second = page.document["clips"]
+        page.edit(clips=[first, {**second, "role": "search"}], length="75%", references=[{"path": "a.bvh"}])
+        problem = page.curve()
+        assert "needs a counterpart for each" in problem["message"]
+        assert problem["reference"] == 0
+        page.edit(references=[{"path": "a.bvh", "counterparts": [{"clip": 1, "path": "b.bvh"}], "last_frame": 150}])
+        files = page.curve()
+        page.edit(references=[{"first_frame": 60, "last_frame": 180}])
+        itself = page.curve()
+    cuts = [read(folder / name).frames(0, 151) for name in ("a.bvh", "b.bvh")]
+    expected = guided_warp([jump, leap], reference=Reference(cuts), length="75%").warp
+    np.testing.assert_array_equal(files["input_times"], expected.input_times)
+    stretch = Reference([clip.frames(60, 181) for clip in (jump, leap)])
+    expected = guided_warp([jump, leap], reference=stretch, length="75%").warp
+    np.testing.assert_array_equal(itself["input_times"], expected.input_times)
+
+
+def test_a_reference_says_which_joint_stands_for_which(folder) -> None:
+    leap = read(folder / "leap.bvh")
+    own = read(folder / "jump.bvh").skeleton.names
+    names = tuple(f"Part{i}" for i in range(len(leap.skeleton.names)))
+    other = replace(leap, skeleton=replace(leap.skeleton, names=names))
+    write(other, folder / "strange.bvh")
+    # The file is wrong about one, and the document has the last word.
+    said = dict(zip(own, [names[0], *reversed(names[1:])], strict=True))
+    (folder / "map.json").write_text(json.dumps(said))
+    pairs = [{"input": name, "reference": to} for name, to in zip(own[1:], names[1:], strict=True)]
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(references=[{"path": "strange.bvh"}], length="80%")
+        assert page.until("clip", what="reference")["counterparts"] == [""] * len(own)
+        assert "too few of its joints" in page.curve()["message"]
+        page.edit(references=[{"path": "strange.bvh", "joint_map": "map.json", "joints": pairs}])
+        assert page.until("clip", what="reference")["counterparts"] == list(names)
+        found = page.curve()
+    reference = Reference(read(folder / "strange.bvh"), joint_map=dict(zip(own, names, strict=True)))
+    expected = guided_warp(read(folder / "jump.bvh"), reference=reference, length="80%").warp
+    np.testing.assert_array_equal(found["input_times"], expected.input_times)
 
 
 def test_a_warning_is_told_once_and_to_who_comes_later(folder) -> None:
@@ -248,12 +315,38 @@ def test_a_folder_is_listed(served) -> None:
     (served.folder / ".hidden.bvh").touch()
     (served.folder / "notes.txt").touch()
     with served.ready_page() as page:
-        page.say("browse", folder=None)
+        page.say("browse", folder=None, holds="clip")
         listing = page.until("listing")
         assert (listing["folders"], listing["files"]) == (["more"], ["camera.csv", "jump.bvh", "leap.bvh"])
         assert listing["parent"] is None
-        page.say("browse", folder=str(served.folder / "more"))
+        page.say("browse", folder=str(served.folder / "more"), holds="clip")
         assert page.until("listing")["parent"] == str(served.folder)
+        (served.folder / "names.json").touch()
+        (served.folder / "body.asf").touch()
+        for holds, files in (("joint map", ["camera.csv", "names.json"]), ("skeleton", ["body.asf"])):
+            page.say("browse", folder=None, holds=holds)
+            assert page.until("listing")["files"] == files
+
+
+def test_a_page_asks_whether_a_file_may_be_used(served, tmp_path) -> None:
+    outside = tmp_path / "elsewhere" / "a b.bvh"
+    outside.parent.mkdir()
+    outside.touch()
+    with served.ready_page() as page:
+
+        def asked(path: object, *, writing: bool = False) -> tuple[str, str | None]:
+            page.say("find", path=str(path), writing=writing)
+            answer = page.until("found", path=str(path))
+            return answer["place"], answer["refused"]
+
+        assert asked("leap.bvh") == (str(served.folder / "leap.bvh"), None)
+        assert asked("new.bvh", writing=True) == (str(served.folder / "new.bvh"), None)
+        for path, says in (("new.bvh", "there is no such file"), (served.folder, "a folder, not a file")):
+            place, refused = asked(path)
+            assert (place, says in str(refused)) == ("", True)
+        place, refused = asked(outside)
+        assert place == ""
+        assert str(refused).endswith(f"type: retime edit jump.bvh --folder {outside.parent}")
 
 
 def saved(page: Page, path: str | None) -> dict:

@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 1;
+export const VERSION = 2;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "fastest", "slowest"] as const;
@@ -12,6 +12,21 @@ export interface ClipFile {
   readonly role: "search" | "follow";
   readonly first_frame: number | null;
   readonly last_frame: number | null;
+  readonly fps: string | null;
+  readonly skeleton: string | null;
+  readonly up: "y" | "z" | null;
+}
+
+/** A joint (or channel) of the clip, and which of the reference's stands for it. */
+export interface JointPair {
+  readonly input: string;
+  readonly reference: string;
+}
+
+/** What another searched clip is to move like, while the first one moves like the reference's own file. */
+export interface CounterpartFile {
+  readonly clip: number;
+  readonly path: string;
   readonly fps: string | null;
   readonly skeleton: string | null;
   readonly up: "y" | "z" | null;
@@ -28,6 +43,8 @@ export interface ReferenceFile {
   readonly skeleton: string | null;
   readonly up: "y" | "z" | null;
   readonly joint_map: string | null;
+  readonly joints: readonly JointPair[];
+  readonly counterparts: readonly CounterpartFile[];
 }
 
 /** A keytime. The clip's own ends need none. */
@@ -150,6 +167,14 @@ export interface Export {
 export interface Browse {
   readonly type: "browse";
   readonly folder: string | null;
+  readonly holds: "clip" | "skeleton" | "joint map";
+}
+
+/** Ask whether a file may be used, before anything is done with it. */
+export interface Find {
+  readonly type: "find";
+  readonly path: string;
+  readonly writing: boolean;
 }
 
 export type PageMessage =
@@ -161,7 +186,8 @@ export type PageMessage =
   | Save
   | Open
   | Export
-  | Browse;
+  | Browse
+  | Find;
 
 // From the server to the page.
 
@@ -199,6 +225,9 @@ export interface Problem {
   readonly message: string;
   readonly key: string | null;
   readonly lock: string | null;
+  readonly clip: number | null;
+  readonly reference: number | null;
+  readonly field: string | null;
 }
 
 /** Words for the person. */
@@ -230,6 +259,14 @@ export interface Listing {
   readonly files: readonly string[];
 }
 
+/** The answer to `Find`. */
+export interface Found {
+  readonly type: "found";
+  readonly path: string;
+  readonly place: string;
+  readonly refused: string | null;
+}
+
 /** A clip, or a reference, as it is drawn. Sent before the first `State`, and again where files change. */
 export interface Clip {
   readonly type: "clip";
@@ -248,6 +285,7 @@ export interface Clip {
   readonly positions: Float32Array;
   readonly values: Float64Array;
   readonly flights: Float64Array;
+  readonly counterparts: readonly string[];
 }
 
 /** The warp of a revision, and the ones that an animator has today. */
@@ -312,7 +350,8 @@ export type TextMessage =
   | Notice
   | Saved
   | Exported
-  | Listing;
+  | Listing
+  | Found;
 
 /** Travels as one binary frame. */
 export type ArrayMessage =

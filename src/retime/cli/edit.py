@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import warnings
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import click
 
 from retime.cli.clip_options import PATH
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import say
-from retime.errors import MissingExtraError, OptionError
+from retime.errors import MissingExtraError, OptionError, RetimeWarning
+
+if TYPE_CHECKING:
+    from retime.project.places import Places
 
 _EXAMPLES = (
     "\b\nExamples\n"
@@ -96,12 +100,14 @@ def command(
     for package in ("starlette", "uvicorn", "websockets"):
         if importlib.util.find_spec(package) is None:
             raise MissingExtraError("the editor", package=package, extra="edit")
+    from retime.project.file import files_of
     from retime.project.places import Places
     from retime.project.work import new_document, open_document, open_project, state_folder
     from retime.server.app import Editor, EditorServer
 
     named = [*clips, *references, *([] if project is None else [project])]
-    places = Places([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named)
+    again = _command(clips, references, up, project, folders)
+    places = Places([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named, command=again)
     document = None
     if clips:
         document = new_document([str(clip) for clip in clips], [str(path) for path in references], up=up)
@@ -109,6 +115,7 @@ def command(
         if document is not None and project.exists():
             raise OptionError(f"{project} is there already, with clips of its own: open it without naming others")
         work = open_project(project, document)
+        _hint_at_folders(files_of(work.history.present), places)
     else:
         assert document is not None
         work = open_document(document)
@@ -124,3 +131,32 @@ def command(
     # Ctrl-C is how it ends.
     with contextlib.suppress(KeyboardInterrupt):
         server.serve_until_interrupted()
+
+
+def _command(
+    clips: tuple[Path, ...],
+    references: tuple[Path, ...],
+    up: str | None,
+    project: Path | None,
+    folders: tuple[Path, ...],
+) -> list[str]:
+    """Write down how this editor was started, for a message that says how to start it again."""
+    words = ["retime", "edit", *map(str, clips)]
+    for option, values in (
+        ("--reference", references),
+        ("--up", [up]),
+        ("--project", [project]),
+        ("--folder", folders),
+    ):
+        words += [word for value in values if value is not None for word in (option, str(value))]
+    return words
+
+
+def _hint_at_folders(files: list[str], places: Places) -> None:
+    """Say at once what the page would say about a project whose files lie elsewhere."""
+    refused = [file for file in files if not places.allows(file)]
+    if refused:
+        try:
+            places.find(refused[0], reading=True, beside=refused)
+        except OptionError as error:
+            warnings.warn(str(error), RetimeWarning, stacklevel=2)

@@ -46,13 +46,48 @@ class ClipFile:
 
 
 @dataclass(frozen=True)
+class JointPair:
+    """A joint (or channel) of the clip, and which of the reference's stands for it.
+
+    Attributes
+    ----------
+    input, reference : str
+        Their names.
+    """
+
+    input: str
+    reference: str
+
+
+@dataclass(frozen=True)
+class CounterpartFile:
+    """What another searched clip is to move like, while the first one moves like the reference's own file.
+
+    Attributes
+    ----------
+    clip : int
+        The clip's place in the document, counted from 0; the first one's counterpart is the reference's own file.
+    path : str
+        The file. Of it the same time is used as of the reference's own.
+    fps, skeleton, up : str, optional
+        As of a clip.
+    """
+
+    clip: int
+    path: str
+    fps: str | None = None
+    skeleton: str | None = None
+    up: Literal["y", "z"] | None = None
+
+
+@dataclass(frozen=True)
 class ReferenceFile:
     """What the input is to move like.
 
     Attributes
     ----------
     path : str, optional
-        The file; left out, it is the first clip itself.
+        The file; left out, it is the first clip itself, and for a group the group itself.
     first_frame, last_frame : int, optional
         Frames used, as the file numbers them, both included.
     weight : float
@@ -63,6 +98,10 @@ class ReferenceFile:
         As of a clip.
     joint_map : str, optional
         A file that says which of its joints is which of the clip's.
+    joints : tuple of JointPair
+        The same, said here; where both speak of a joint of the clip, this holds.
+    counterparts : tuple of CounterpartFile
+        For a group that is searched together: a file for each of its clips but the first.
     """
 
     path: str | None = None
@@ -74,6 +113,8 @@ class ReferenceFile:
     skeleton: str | None = None
     up: Literal["y", "z"] | None = None
     joint_map: str | None = None
+    joints: tuple[JointPair, ...] = ()
+    counterparts: tuple[CounterpartFile, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -230,6 +271,15 @@ class Document:
             raise FormatError("a document needs a clip")
         if self.clips[0].role != "search":
             raise FormatError("the first clip of a document is one that is searched")
+        for reference in self.references:
+            pairs = [pair.input for pair in reference.joints]
+            if len(set(pairs)) < len(pairs):
+                raise FormatError("a reference has two joints for one of the clip's")
+            for counterpart in reference.counterparts:
+                if not 0 < counterpart.clip < len(self.clips):
+                    raise FormatError(
+                        f"a reference has a counterpart for clip {counterpart.clip}, of {len(self.clips)} clips from 0"
+                    )
         for what, ids in (
             ("keys", [key.id for key in self.keys]),
             ("locks", [lock.id for lock in self.locks]),

@@ -18,7 +18,9 @@ from retime.project.values import from_value, to_value
 from retime.warp.curve import Warp
 from retime.warp.strict_json import parse_json
 
-VERSION = 1
+VERSION = 2
+# Documents of version 1 knew less of references; what they leave out has its default.
+_READS = (1, 2)
 SUFFIX = ".retime"
 _LIMITS = Limits(file_bytes=256 << 20)
 
@@ -114,8 +116,9 @@ def _parse(data: bytes, folder: Path) -> Project:
     if not isinstance(value, dict) or value.get("format") != "retime-project":
         raise FormatError('expected a project: a JSON object with "format": "retime-project"')
     version = value.get("version")
-    if version != VERSION or isinstance(version, bool):
-        raise FormatError(f"project version {version!r} is not one that this program reads (it reads {VERSION})")
+    if version not in _READS or isinstance(version, bool):
+        reads = ", ".join(map(str, _READS))
+        raise FormatError(f"project version {version!r} is not one that this program reads (it reads {reads})")
     unknown = value.keys() - {"format", "version", "document", "warps"}
     if unknown:
         raise FormatError(f"unknown field {min(unknown)[:40]!r}")
@@ -154,7 +157,10 @@ def _with_paths(document: Document, change: Any) -> Document:
     def changed(file: Any) -> Any:
         names = ("path", "skeleton", "joint_map")
         paths = {name: getattr(file, name, None) for name in names}
-        return replace(file, **{name: change(path) for name, path in paths.items() if path is not None})
+        found = {name: change(path) for name, path in paths.items() if path is not None}
+        if isinstance(file, ReferenceFile):
+            found["counterparts"] = tuple(changed(one) for one in file.counterparts)
+        return replace(file, **found)
 
     clips: tuple[ClipFile, ...] = tuple(changed(file) for file in document.clips)
     references: tuple[ReferenceFile, ...] = tuple(changed(file) for file in document.references)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+import shlex
+from collections.abc import Iterable, Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -19,6 +20,8 @@ class Places:
         With all that is in them. The first one is where relative paths begin.
     files : iterable of path-like
         To be read, wherever they are.
+    command : sequence of str
+        How the editor was started; a refusal says what to add to it. None: it was not started by a command.
 
     Examples
     --------
@@ -29,9 +32,16 @@ class Places:
     retime.errors.OptionError: ...
     """
 
-    def __init__(self, folders: Iterable[str | PathLike[str]], files: Iterable[str | PathLike[str]] = ()) -> None:
+    def __init__(
+        self,
+        folders: Iterable[str | PathLike[str]],
+        files: Iterable[str | PathLike[str]] = (),
+        *,
+        command: Sequence[str] = (),
+    ) -> None:
         self.folders = [Path(os.path.realpath(folder)) for folder in folders]
         self._files = {Path(os.path.realpath(file)) for file in files}
+        self._command = tuple(command)
 
     def add_folder(self, folder: str | PathLike[str]) -> None:
         """Allow another folder."""
@@ -45,7 +55,13 @@ class Places:
         place = Path(os.path.realpath(self._from_first(path)))
         return any(place.is_relative_to(folder) for folder in self.folders)
 
-    def find(self, path: str | PathLike[str], *, reading: bool = False) -> Path:
+    def allows(self, path: str | PathLike[str]) -> bool:
+        """Whether a file may be read."""
+        return self.contains(path) or Path(os.path.realpath(self._from_first(path))) in self._files
+
+    def find(
+        self, path: str | PathLike[str], *, reading: bool = False, beside: Iterable[str | PathLike[str]] = ()
+    ) -> Path:
         """Return the file that a path means, all links followed.
 
         Parameters
@@ -54,6 +70,8 @@ class Places:
             Relative ones begin at the first folder.
         reading : bool
             The single files are allowed too.
+        beside : iterable of path-like
+            What is to be read with it: a refusal says how to allow all of them at once.
 
         Raises
         ------
@@ -66,9 +84,20 @@ class Places:
             raise OptionError(f"{str(path)!r} is no path") from None
         if self.contains(place) or (reading and place in self._files):
             return place
+        refused = [place, *(Path(os.path.realpath(self._from_first(one))) for one in beside if not self.allows(one))]
         raise OptionError(
-            f"{path}: outside the folders that the editor may use ({', '.join(map(str, self.folders))}); start retime "
-            "edit with --folder to allow another"
+            f"{path} lies outside the folders that the editor may use ({', '.join(map(str, self.folders))}). "
+            f"{self._remedy([one.parent for one in refused])}"
+        )
+
+    def _remedy(self, folders: Iterable[Path]) -> str:
+        """Say how to allow some folders."""
+        needed = list(dict.fromkeys(folders))
+        if not self._command:
+            return f"Copy it there, or start in another folder (os.chdir({str(needed[0])!r}) in a notebook)"
+        options = [word for folder in needed for word in ("--folder", str(folder))]
+        return (
+            f"To allow it, end the editor (Ctrl+C in its terminal) and type: {shlex.join((*self._command, *options))}"
         )
 
     def _from_first(self, path: str | PathLike[str]) -> Path:

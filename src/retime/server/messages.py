@@ -28,7 +28,7 @@ from retime.project.document import Document
 from retime.project.values import from_value, to_value
 from retime.warp.strict_json import parse_json
 
-VERSION = 1
+VERSION = 2
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -183,9 +183,28 @@ class Browse:
     ----------
     folder : str, optional
         Left out, the folder that the server was started in.
+    holds : {"clip", "skeleton", "joint map"}
+        What is looked for: a clip or a project, an ASF, a joint map.
     """
 
     folder: str | None
+    holds: Literal["clip", "skeleton", "joint map"]
+
+
+@dataclass(frozen=True)
+class Find:
+    """Ask whether a file may be used, before anything is done with it.
+
+    Attributes
+    ----------
+    path : str
+        As a person wrote it.
+    writing : bool
+        Whether it is to be written.
+    """
+
+    path: str
+    writing: bool
 
 
 # From the server to the page.
@@ -267,12 +286,19 @@ class Problem:
         What is wrong, and what would help.
     key, lock : str, optional
         The id of the key or lock at fault, where it is one.
+    clip, reference : int, optional
+        The place in the document of the clip or reference at fault, where it is one.
+    field : str, optional
+        The name in the document of the value at fault, where it is one: ``length``, ``options.rate``.
     """
 
     revision: int
     message: str
     key: str | None
     lock: str | None
+    clip: int | None
+    reference: int | None
+    field: str | None
 
 
 @dataclass(frozen=True)
@@ -340,6 +366,25 @@ class Listing:
     files: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Found:
+    """The answer to `Find`.
+
+    Attributes
+    ----------
+    path : str
+        As it was asked for.
+    place : str
+        The file that it means, links followed; empty where it is refused.
+    refused : str, optional
+        Why it can't be used, and what would help.
+    """
+
+    path: str
+    place: str
+    refused: str | None
+
+
 @dataclass(frozen=True, eq=False)
 class Clip:
     """A clip, or a reference, as it is drawn. Sent before the first `State`, and again where files change.
@@ -375,6 +420,9 @@ class Clip:
         The channels of a signal; empty for a motion.
     flights : float64 array, shape (n, 2)
         Beginning and end of each flight, seconds.
+    counterparts : list of str
+        Of a reference: for each joint (or channel) of the first clip the reference's that stands for it, empty where
+        none does. Of a clip empty.
     """
 
     what: Literal["clip", "reference"]
@@ -392,6 +440,7 @@ class Clip:
     positions: Float32s
     values: Float64s
     flights: Float64s
+    counterparts: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -526,12 +575,13 @@ class Kept:
     input_times: Float64s
 
 
-FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, Browse)
-FROM_SERVER = (Welcome, State, Ack, Problem, Notice, Saved, Exported, Listing)
+FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, Browse, Find)
+FROM_SERVER = (Welcome, State, Ack, Problem, Notice, Saved, Exported, Listing, Found)
 FROM_SERVER_WITH_ARRAYS = (Clip, Curve, Why, Kept)
 
-PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | Browse
-ServerMessage = Welcome | State | Ack | Problem | Notice | Saved | Exported | Listing | Clip | Curve | Why | Kept
+PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | Browse | Find
+TextMessage = Welcome | State | Ack | Problem | Notice | Saved | Exported | Listing | Found
+ServerMessage = TextMessage | Clip | Curve | Why | Kept
 
 
 def type_name(kind: type) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from retime.errors import OptionError
+from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import flights, global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
@@ -12,20 +14,43 @@ from retime.project.solve import Solution, Sources, ghosts
 from retime.server.messages import BINDINGS, Clip, Curve, Kept, Why
 from retime.warp.apply import output_frame_times
 from retime.warp.curve import Warp
+from retime.warp.reference import Reference
 
 
 def clip_messages(document: Document, sources: Sources) -> list[Clip]:
     """Draw all clips and references of a document."""
     first = sources.clips[0]
-    found = [_clip("clip", i, len(sources.clips), clip, 0.0) for i, clip in enumerate(sources.clips)]
+    found = [_clip("clip", i, len(sources.clips), clip, 0.0, ()) for i, clip in enumerate(sources.clips)]
     for i, (file, reference) in enumerate(zip(document.references, sources.references, strict=True)):
         clip = reference.clips[0]
         start = (clip.first_frame - first.first_frame) / float(clip.rate) if file.path is None else 0.0
-        found.append(_clip("reference", i, len(sources.references), clip, start))
+        found.append(
+            _clip("reference", i, len(sources.references), clip, start, counterparts_of(first, clip, reference))
+        )
     return found
 
 
-def _clip(what: str, index: int, count: int, clip: Motion | Signal, start: float) -> Clip:
+def counterparts_of(clip: Motion | Signal, other: Motion | Signal, reference: Reference) -> tuple[str, ...]:
+    """For each joint or channel of a clip say which one of a reference's clip stands for it; "" where none does."""
+    if isinstance(clip, Signal) and isinstance(other, Signal):
+        wanted = [reference.joint_map.get(name, name) for name in clip.names]
+        return tuple(name if name in other.names else "" for name in wanted)
+    if isinstance(clip, Signal) or isinstance(other, Signal):
+        return ()
+    own, names = clip.skeleton.names, other.skeleton.names
+    try:
+        # What a map says of other clips of a group is none of this one's.
+        match = match_joints(own, names, {name: to for name, to in reference.joint_map.items() if name in own})
+    except OptionError:
+        # The search says what is wrong with the map.
+        return ("",) * len(own)
+    found = {joint: names[to] for joint, to in match.pairs}
+    return tuple(found.get(joint, "") for joint in range(len(own)))
+
+
+def _clip(
+    what: str, index: int, count: int, clip: Motion | Signal, start: float, counterparts: tuple[str, ...]
+) -> Clip:
     names, parents = clip_nodes(clip)
     positions, values = np.zeros((0, 0, 3)), np.zeros((0, 0))
     airborne: list[tuple[int, int]] = []
@@ -52,6 +77,7 @@ def _clip(what: str, index: int, count: int, clip: Motion | Signal, start: float
         positions=positions.astype(np.float32),
         values=values,
         flights=np.array(airborne, dtype=np.float64).reshape(-1, 2) / float(clip.rate),
+        counterparts=counterparts,
     )
 
 

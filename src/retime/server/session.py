@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import dataclasses
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -26,7 +27,7 @@ from retime.project.file import SUFFIX, files_of, warp_id
 from retime.project.history import History
 from retime.project.journal import Edit
 from retime.project.places import Places
-from retime.project.solve import DocumentSolver, Solution, Sources, fault_of
+from retime.project.solve import DocumentSolver, Solution, Sources, fault_of, words_of
 from retime.project.work import Work, new_document, open_document, open_project
 from retime.server import messages
 from retime.server.messages import ServerMessage, type_name, write_message
@@ -37,6 +38,7 @@ from retime.warp.curve import Warp
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
 _REST = 0.2
 _OPENS = tuple(suffix for known in FORMATS for suffix in known.suffixes)
+_HOLDS = {"clip": (*_OPENS, SUFFIX), "skeleton": (".asf",), "joint map": (".json", ".csv")}
 
 
 class Outbox:
@@ -122,7 +124,7 @@ class EditorSession:
         self._latest: dict[str, tuple[ServerMessage, str | bytes]] = {}
         self._changes: list[_Change] = []
         self._changed = asyncio.Event()
-        self._solver = DocumentSolver(lambda path: places.find(path, reading=True))
+        self._solver = DocumentSolver(lambda path: places.find(path, reading=True, beside=files_of(self.document)))
         self._worker = LatestOnly(self._solve, name="retime-solver", died=self._solver_died)
         self._writer = asyncio.create_task(self._write_all())
         self._writer.add_done_callback(self._writer_ended)
@@ -197,7 +199,7 @@ class EditorSession:
         try:
             self._handle(page, message)
         except (RetimeError, OSError) as error:
-            page.put(messages.Notice("error", _words(error)))
+            page.put(messages.Notice("error", words_of(error)))
             page.put(self._safe)
 
     def refuse(self, page: Outbox, error: FormatError) -> None:
@@ -226,7 +228,9 @@ class EditorSession:
             case messages.Export():
                 self._export(page, message)
             case messages.Browse():
-                page.put(self._listing(message.folder))
+                page.put(self._listing(message.folder, message.holds))
+            case messages.Find():
+                page.put(self._found(message))
             case messages.Hello():
                 pass
 
@@ -287,7 +291,7 @@ class EditorSession:
             self._tell(messages.Ack(state.revision) if gesture else state)
 
         def failed(error: Exception) -> None:
-            words = f"the autosave can't be written, so this edit is not safe: {_words(error)}"
+            words = f"the autosave can't be written, so this edit is not safe: {words_of(error)}"
             self._tell(messages.Notice("error", words))
 
         self._put(_Change(lambda: write(history, warps), done, failed, gesture))
@@ -309,7 +313,7 @@ class EditorSession:
             self._tell(messages.Saved(str(place)), self._safe)
 
         def failed(error: Exception) -> None:
-            page.put(messages.Notice("error", f"not saved: {_words(error)}"))
+            page.put(messages.Notice("error", f"not saved: {words_of(error)}"))
 
         self._put(_Change(lambda: work.save(place, history, warps, overwrite=message.overwrite), done, failed))
 
@@ -345,7 +349,7 @@ class EditorSession:
 
         def failed(error: Exception) -> None:
             self._opening = False
-            page.put(messages.Notice("error", f"not opened: {_words(error)}"))
+            page.put(messages.Notice("error", f"not opened: {words_of(error)}"))
 
         self._put(_Change(opened, done, failed))
 
@@ -363,7 +367,7 @@ class EditorSession:
                 with self._warnings_told(say):
                     self._write_export(message, document, place)
             except (RetimeError, OSError, MemoryError) as error:
-                say(messages.Notice("error", f"not exported: {_words(error)}"))
+                say(messages.Notice("error", f"not exported: {words_of(error)}"))
             else:
                 say(messages.Exported(message.what, str(place)))
 
@@ -388,7 +392,19 @@ class EditorSession:
                 overwrite=message.overwrite,
             )
 
-    def _listing(self, folder: str | None) -> messages.Listing:
+    def _found(self, message: messages.Find) -> messages.Found:
+        """Say whether a file may be used."""
+        try:
+            place = self._places.find(message.path, reading=not message.writing)
+            if not message.writing and not place.is_file():
+                raise OptionError(
+                    f"{place}: " + ("a folder, not a file" if place.is_dir() else "there is no such file")
+                )
+        except OptionError as error:
+            return messages.Found(message.path, "", str(error))
+        return messages.Found(message.path, str(place), None)
+
+    def _listing(self, folder: str | None, holds: str) -> messages.Listing:
         place = self._places.find(folder or ".")
         with_kind = [(entry.name, entry.is_dir()) for entry in place.iterdir() if not entry.name.startswith(".")]
         names = sorted(with_kind, key=lambda pair: pair[0].casefold())
@@ -399,7 +415,7 @@ class EditorSession:
             tuple(
                 name
                 for name, is_folder in names
-                if not is_folder and _is_text(name) and name.lower().endswith((*_OPENS, SUFFIX))
+                if not is_folder and _is_text(name) and name.lower().endswith(_HOLDS[holds])
             ),
         )
 
@@ -468,9 +484,9 @@ class EditorSession:
                 solution = self._solver.solve(job.document)
         except (RetimeError, OSError, MemoryError) as error:
             last = self._good
-            clip = None if self._shown is None else self._shown[1].clips[0]
-            fault = fault_of(error, job.document, clip, None if last is None else last[1].document)
-            self._publish(job, {"problem": messages.Problem(job.revision, _words(error), fault.key, fault.lock)})
+            fault = fault_of(error, job.document, None if last is None else last[1].document)
+            problem = messages.Problem(job.revision, words_of(error), **dataclasses.asdict(fault))
+            self._publish(job, {"problem": problem})
             return
         self._good = job.revision, solution
         self._publish(job, {"curve": curve_message(job.revision, solution, 1000 * (time.perf_counter() - begin))})
@@ -532,10 +548,3 @@ def _is_text(name: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
-
-
-def _words(error: Exception) -> str:
-    """Say what went wrong, as the command line does."""
-    if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    return str(error) or type(error).__name__

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,8 +206,8 @@ def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Se
     OptionError
         A lock that leaves the clip, holds a hold, binds nothing, or has a speed that no step plays.
     """
-    for lock in locks:
-        _check_lock(lock, reduction, max_skip, duration)
+    for i, lock in enumerate(locks):
+        _check_lock(lock, i, reduction, max_skip, duration)
     bound: list[LockedSpan] = []
     places: list[list[int]] = [[] for _ in locks]
     for span in range(len(reduction.keytimes) - 1):
@@ -220,31 +221,37 @@ def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Se
             places[i].append(nearest)
             if nearest:
                 bound.append(LockedSpan(first, first + nearest, steps, locks[i].fastest if locks[i].fixed else None))
-    for lock, lengths in zip(locks, places, strict=True):
+    for i, (lock, lengths) in enumerate(zip(locks, places, strict=True)):
         if not any(lengths):
             why = (
                 f"is shorter than one step at that speed (at {reduction.rate:g} Hz)" if lengths else "is nowhere shown"
             )
-            raise OptionError(f"the lock {lock} {why}")
+            raise OptionError(f"the lock {lock} {why}", option="locks", item=i)
     return tuple(bound)
 
 
-def _check_lock(lock: Lock, reduction: Reduction, max_skip: int, duration: float) -> None:
-    """Refuse a lock that contradicts the clip, a keytime that holds, or the steps there are."""
+def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, duration: float) -> None:
+    """Refuse a lock (`place` of them) that contradicts the clip, a hold between keytimes, or the steps there are."""
     near = 1 / reduction.rate
     if lock.start < -near or lock.end > duration + near:
-        raise OptionError(f"the lock {lock} leaves the clip, which runs from 0 to {duration:g} s")
+        raise OptionError(
+            f"the lock {lock} leaves the clip, which runs from 0 to {duration:g} s", option="locks", item=place
+        )
     for before, after in itertools.pairwise(reduction.keytimes):
         if before.input_time == after.input_time and lock.start + 1e-9 < before.input_time < lock.end - 1e-9:
             raise OptionError(
                 f"the lock {lock} holds the hold at input time {before.input_time:g} s: end one lock there, and begin "
-                "another"
+                "another",
+                option="locks",
+                item=place,
             )
     for span, upsample in enumerate(reduction.upsamples):
         if _place_in_span(reduction, span, lock) and not _lock_steps(lock, upsample, max_skip):
             raise OptionError(
                 f"the lock {lock} asks for speeds that upsample={upsample} and max_skip={max_skip} can't play "
-                f"({_playable(upsample, max_skip)})"
+                f"({_playable(upsample, max_skip)})",
+                option="locks",
+                item=place,
             )
 
 
@@ -313,7 +320,8 @@ def allowed_steps(
         if not general.any():
             raise OptionError(
                 f"no step plays between {slowest:g} and {fastest:g} times the speed with upsample={upsample} and "
-                f"max_skip={max_skip} ({_playable(upsample, max_skip)}): raise them"
+                f"max_skip={max_skip} ({_playable(upsample, max_skip)}): raise them",
+                option="speed",
             )
         if not still:
             allowed[first:last] &= general
@@ -338,7 +346,9 @@ def allowed_steps(
         if not moving:
             raise OptionError(
                 f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, but the pose is held "
-                "before and after it"
+                "before and after it",
+                option="keys",
+                output_times=(key.output_time,),
             )
     return allowed
 
@@ -353,11 +363,15 @@ def _tangent_step(key: Keytime, upsample: int, max_skip: int, slowest: float, fa
     assert key.speed is not None
     asks = f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, which"
     if not slowest - 1e-9 <= abs(key.speed) <= fastest + 1e-9:
-        raise OptionError(f"{asks} the speed limits {slowest:g} to {fastest:g} forbid")
+        raise OptionError(
+            f"{asks} the speed limits {slowest:g} to {fastest:g} forbid", option="keys", output_times=(key.output_time,)
+        )
     step = _fixed_step(abs(key.speed), upsample, max_skip)
     if step is None:
         raise OptionError(
-            f"{asks} upsample={upsample} and max_skip={max_skip} can't play ({_playable(upsample, max_skip)})"
+            f"{asks} upsample={upsample} and max_skip={max_skip} can't play ({_playable(upsample, max_skip)})",
+            option="keys",
+            output_times=(key.output_time,),
         )
     return step
 
@@ -535,6 +549,14 @@ class _StepCounts:
         return count + (bits & -bits).bit_length() if bits else None
 
 
+class _Values(TypedDict):
+    span: int
+    n_input: int
+    n_output: int
+    max_skip: int
+    output_times: tuple[float, ...]
+
+
 def _infeasible(
     reduction: Reduction,
     span: int,
@@ -560,7 +582,13 @@ def _infeasible(
         f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s ({length + 1} frames at the analysis rate) "
         f"into {into} ({most / rate:.2f} s)"
     )
-    values = {"span": span, "n_input": length + 1, "n_output": most + 1, "max_skip": max_skip}
+    values: _Values = {
+        "span": span,
+        "n_input": length + 1,
+        "n_output": most + 1,
+        "max_skip": max_skip,
+        "output_times": (before.output_time, after.output_time),
+    }
     limits = " and ".join([f"max_skip={max_skip}, upsample={upsample}", *([wishes] if wishes else [])])
     if possible.least is None:
         return InfeasibleWarpError(f"{where}: {limits} leave no way through. Loosen one.", **values)
@@ -621,7 +649,7 @@ def add_smoothness(scores: FloatArray, weight: float, reduction: Reduction) -> N
     that of all triples, before any is forbidden: a lock does not change what smoothness costs elsewhere.
     """
     if not (math.isfinite(weight) and weight >= 0):
-        raise OptionError(f"the smoothness weight must be 0 or more, found {weight}")
+        raise OptionError(f"the smoothness weight must be 0 or more, found {weight}", option="smoothness")
     finite = scores[np.isfinite(scores)]
     if weight == 0 or not len(finite):
         return

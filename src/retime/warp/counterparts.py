@@ -50,6 +50,12 @@ class Counterpart:
     joint_map: Mapping[str, str]
     mirror: bool
     label: str
+    # Its reference's among all of them.
+    place: int = 0
+
+    def fault(self, message: str) -> OptionError:
+        """Make an error that names the reference as what is at fault."""
+        return OptionError(message, option="reference", item=self.place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +102,7 @@ def describe(clip: Clip, others: Sequence[Counterpart], options: PoseOptions, un
     for other in others:
         if isinstance(other.clip, Motion) != isinstance(clip, Motion):
             kinds = ["a motion" if isinstance(of, Motion) else "a signal" for of in (clip, other.clip)]
-            raise OptionError(
+            raise other.fault(
                 f"input and reference must be of one kind: {clip.name or 'the input'} is {kinds[0]}, {other.label} is "
                 f"{kinds[1]}"
             )
@@ -112,7 +118,7 @@ def _describe_signal(clip: Signal, others: Sequence[Counterpart], options: PoseO
     ordered = []
     for other in others:
         if other.mirror:
-            raise OptionError(f"{other.label} is a signal, which has no left and right to mirror")
+            raise other.fault(f"{other.label} is a signal, which has no left and right to mirror")
         assert isinstance(other.clip, Signal)
         ordered.append(_with_channels_of(clip, other.clip, other, needed))
     scales = signal_scales(clip.names, [signal.values for signal in ordered], options)
@@ -136,7 +142,7 @@ def _with_channels_of(clip: Signal, signal: Signal, other: Counterpart, needed: 
     for name in clip.names:
         wanted = other.joint_map.get(name, name)
         if wanted not in signal.names and (name in needed or name in other.joint_map):
-            raise OptionError(
+            raise other.fault(
                 f"{other.label} has no channel {wanted!r}{near_names(wanted, signal.names)}; choose channels that both "
                 "have, or map the input's names to its names"
             )
@@ -173,10 +179,13 @@ class _MotionDescriber:
         assert isinstance(other.clip, Motion)
         if not other.joint_map and _same_skeleton(self.clip.skeleton, other.clip.skeleton):
             return None
-        match = match_joints(self.names, other.clip.skeleton.names, other.joint_map)
+        try:
+            match = match_joints(self.names, other.clip.skeleton.names, other.joint_map)
+        except OptionError as error:
+            raise other.fault(str(error)) from None
         if len(match.pairs) < _LEAST_MATCHED:
             matched = shorten((self.names[joint] for joint, _ in match.pairs), 3)
-            raise OptionError(
+            raise other.fault(
                 f"{other.label} has another skeleton, and too few of its joints could be matched with the input's: "
                 f"{len(match.pairs)} ({matched}) of at least {_LEAST_MATCHED}. Without a match are "
                 f"{shorten(match.unmatched_input, 8)} of the input and {shorten(match.unmatched_reference, 8)} of the "
@@ -224,7 +233,7 @@ class _MotionDescriber:
             apart = take_apart(motion.skeleton.names)
             sides = [(joint, to) for joint, to in enumerate(partners) if to is not None and apart[joint].side == "left"]
             if not sides:
-                raise OptionError(
+                raise other.fault(
                     f"{other.label} can't be mirrored: no two of its joints are called left and right "
                     f"({shorten(motion.skeleton.names, 8)})"
                 )
@@ -248,7 +257,7 @@ class _MotionDescriber:
         try:
             fit = fit_skeletons(self.rest, rest, pairs)
         except OptionError as error:
-            raise OptionError(f"{other.label} can't be compared with the input: {error}") from None
+            raise other.fault(f"{other.label} can't be compared with the input: {error}") from None
         if self.space == "heading":
             turn = upright_turn(fit, self.poses.rotations[:, 0], poses.rotations[:, fit.base])
             poses = turn_poses(poses, turn)

@@ -327,7 +327,9 @@ def check_speed(key: Keytime) -> None:
     """Refuse a tangent that is no speed; raise OptionError."""
     if key.speed is not None and not (math.isfinite(key.speed) and key.speed > 0):
         raise OptionError(
-            f"the speed of a keytime must be above 0, found {key.speed:g} at output time {key.output_time:g} s"
+            f"the speed of a keytime must be above 0, found {key.speed:g} at output time {key.output_time:g} s",
+            option="keys",
+            output_times=(key.output_time,),
         )
 
 

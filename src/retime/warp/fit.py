@@ -112,6 +112,8 @@ def reduce_to_fit(
     OptionError
         Nothing plays the speeds that are asked for.
     """
+    if max_skip is not None and not 1 <= max_skip <= control.MAX_STEP:
+        raise OptionError(f"max_skip must be from 1 to {control.MAX_STEP}, found {max_skip}", option="max_skip")
     chosen: Upsamples = choose_upsamples(keytimes, wishes, itself=itself, loop=loop) if upsample is None else upsample
 
     def reduced(upsample: Upsamples) -> Reduction:
@@ -160,9 +162,12 @@ def reduce_to_fit(
         )
     reduction = reduced(chosen)
     skip = choose_max_skip(reduction, wishes, itself=itself) if max_skip is None else max_skip
-    if not 1 <= skip <= control.MAX_STEP:
-        why = f" (for the speeds asked for, with upsample={reduction.upsample})" if max_skip is None else ""
-        raise OptionError(f"max_skip must be from 1 to {control.MAX_STEP}, found {skip}{why}")
+    if skip > control.MAX_STEP:
+        raise OptionError(
+            f"max_skip must be from 1 to {control.MAX_STEP}, found {skip} (for the speeds asked for, with "
+            f"upsample={reduction.upsample})",
+            option="speed",
+        )
     check(chosen, skip, wishes=str(wishes), fits=fits)
     return reduction, skip
 

@@ -149,7 +149,9 @@ def as_keytimes(
         pairs.append(key if isinstance(key, Keytime) else _as_keytime(key, rate))
         if not 0.0 <= pairs[-1].output_time < math.inf:
             raise OptionError(
-                f"a keytime stands at output time {pairs[-1].output_time:g} s; the output begins at time 0"
+                f"a keytime stands at output time {pairs[-1].output_time:g} s; the output begins at time 0",
+                option="keys",
+                output_times=(pairs[-1].output_time,),
             )
     if all(key.output_time != 0.0 for key in pairs):
         pairs.append(Keytime(0.0, 0.0))
@@ -158,14 +160,18 @@ def as_keytimes(
         if abs(last.input_time - motion.duration) < 1e-9:
             raise OptionError(
                 f"the last keytime shows the clip's end at output time {last.output_time:g} s: nothing is left whose "
-                "length could be free"
+                "length could be free",
+                option="length",
+                output_times=(last.output_time,),
             )
         return (*_without_doubles(pairs), Keytime(math.inf, motion.duration))
     if length is not None:
         end = float((parse_length(length, motion.n_frames, rate) - 1) / rate)
         if last.output_time > end + 1e-9:
             raise OptionError(
-                f"a keytime stands at output time {last.output_time:g} s, beyond the output's end at {end:g} s"
+                f"a keytime stands at output time {last.output_time:g} s, beyond the output's end at {end:g} s",
+                option="keys",
+                output_times=(last.output_time,),
             )
     else:
         end = last.output_time + (motion.duration - last.input_time)
@@ -189,7 +195,9 @@ def _without_doubles(keytimes: Sequence[Keytime]) -> tuple[Keytime, ...]:
         other = kept.setdefault(key, key)
         if None not in (key.speed, other.speed) and key.speed != other.speed:
             raise OptionError(
-                f"the keytime at output time {key.output_time:g} s has two speeds, {other.speed:g} and {key.speed:g}"
+                f"the keytime at output time {key.output_time:g} s has two speeds, {other.speed:g} and {key.speed:g}",
+                option="keys",
+                output_times=(key.output_time,),
             )
         if other.speed is None:
             kept[key] = key
@@ -215,13 +223,17 @@ def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytim
                 f"two keytimes stand at output time {after.output_time:g} s (input times {before.input_time:g} s and "
                 f"{after.input_time:g} s): move or delete one",
                 span=span,
+                option="keys",
+                output_times=(before.output_time, after.output_time),
             )
     for key in ordered:
         check_speed(key)
         if not (key.output_time > -math.inf and -1e-9 <= key.input_time <= duration + 1e-9):
             raise InfeasibleWarpError(
                 f"the keytime at output time {key.output_time:g} s asks for input time {key.input_time:g} s, but the "
-                f"input runs from 0 to {duration:g} s"
+                f"input runs from 0 to {duration:g} s",
+                option="keys",
+                output_times=(key.output_time,),
             )
     return ordered
 
@@ -258,7 +270,7 @@ def reduce_to_compression(
     n_spans = len(ordered) - 1
     upsamples = (upsample,) * n_spans if isinstance(upsample, int | np.integer) else tuple(upsample)
     if min(upsamples) < 1:
-        raise OptionError(f"upsample must be at least 1, found {min(upsamples)}")
+        raise OptionError(f"upsample must be at least 1, found {min(upsamples)}", option="upsample")
     if len(upsamples) != n_spans:
         raise OptionError(f"found {len(upsamples)} upsamplings for {n_spans} spans between keytimes")
     start = ordered[0].output_time
@@ -295,6 +307,8 @@ def reduce_to_compression(
                 f"{ordered[span + 1].output_time:g} s are closer than one frame at the analysis rate of {rate:g} Hz: "
                 "move them apart, or raise the rate",
                 span=span,
+                option="keys",
+                output_times=(ordered[span].output_time, ordered[span + 1].output_time),
             )
         change, grid = end - begin, rate * finer
         if still[span]:

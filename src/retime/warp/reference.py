@@ -187,21 +187,23 @@ def model_poses(
     clips = _as_group(input_motion)
     references = tuple(references) or (Reference(input_motion),)
     _check_durations(clips, "the input")
-    for reference in references:
+    for i, reference in enumerate(references):
         if len(reference.clips) != len(clips):
             raise OptionError(
                 f"the input has {len(clips)} clip{'s' * (len(clips) > 1)} and {reference.label} has "
-                f"{len(reference.clips)}: a reference needs a counterpart for each, in the same order"
+                f"{len(reference.clips)}: a reference needs a counterpart for each, in the same order",
+                option="reference",
+                item=i,
             )
-        _check_durations(reference.clips, reference.label)
+        _check_durations(reference.clips, reference.label, i)
     own_options = _options_of_clips(clips, options)
-    own_maps = [_maps_of_clips(clips, reference) for reference in references]
+    own_maps = [_maps_of_clips(clips, reference, i) for i, reference in enumerate(references)]
 
     columns = []
     for place, clip in enumerate(clips):
         others = [
-            Counterpart(reference.clips[place], maps[place], reference.mirror, reference.label)
-            for reference, maps in zip(references, own_maps, strict=True)
+            Counterpart(reference.clips[place], maps[place], reference.mirror, reference.label, i)
+            for i, (reference, maps) in enumerate(zip(references, own_maps, strict=True))
         ]
         unit = _units_per_unit(clips[0], clip)
         columns.append(describe(clip, others, own_options[place], unit))
@@ -228,14 +230,17 @@ def _as_group(motion: Clip | Sequence[Clip]) -> tuple[Clip, ...]:
     return clips
 
 
-def _check_durations(clips: Sequence[Clip], whose: str) -> None:
+def _check_durations(clips: Sequence[Clip], whose: str, reference: int | None = None) -> None:
     """Refuse a group whose clips don't last alike, within half a frame of the slowest."""
     shortest, longest = min(clips, key=lambda clip: clip.duration), max(clips, key=lambda clip: clip.duration)
     tolerance = 0.5 / float(min(clip.rate for clip in clips))
     if longest.duration - shortest.duration > tolerance * (1 + 1e-9):
         names = [f"{clip.name or f'clip {clips.index(clip)}'} {clip.duration:.3f} s" for clip in (shortest, longest)]
         raise OptionError(
-            f"the clips of a group must last alike (within {tolerance:.3f} s); in {whose} are {names[0]} and {names[1]}"
+            f"the clips of a group must last alike (within {tolerance:.3f} s); in {whose} are {names[0]} and "
+            f"{names[1]}",
+            option="motion" if reference is None else "reference",
+            item=reference,
         )
 
 
@@ -286,10 +291,14 @@ def _options_of_clips(
     return result
 
 
-def _maps_of_clips(clips: Sequence[Clip], reference: Reference) -> list[dict[str, str]]:
+def _maps_of_clips(clips: Sequence[Clip], reference: Reference, place: int) -> list[dict[str, str]]:
     """Give each clip of a group the part of the joint map that names its joints."""
     everyone = {name for clip in clips for name in clip_names(clip)}
     for name in reference.joint_map:
         if name not in everyone:
-            raise OptionError(f"the joint map names {name!r}, which the input has not{near_names(name, everyone)}")
+            raise OptionError(
+                f"the joint map names {name!r}, which the input has not{near_names(name, everyone)}",
+                option="reference",
+                item=place,
+            )
     return [{name: to for name, to in reference.joint_map.items() if name in clip_names(clip)} for clip in clips]

@@ -134,11 +134,13 @@ class Session:
             raise OptionError(f"the free weight must be one of {', '.join(FREE_WEIGHTS)}; found {free_weight!r}")
         slowest, fastest = (0.0, math.inf) if speed is None else speed
         if not 0 <= slowest <= fastest or fastest == 0:
-            raise OptionError(f"speed limits must be above 0, the slowest first; found {slowest:g} to {fastest:g}")
+            raise OptionError(
+                f"speed limits must be above 0, the slowest first; found {slowest:g} to {fastest:g}", option="speed"
+            )
         keytimes = check_keytimes(as_keytimes(self.motion, length, keys), self.motion.duration)
         free = math.isinf(keytimes[-1].output_time)
         if (min_length is not None or max_length is not None) and not free:
-            raise OptionError("bounds on the length need a free length (length='free')")
+            raise OptionError("bounds on the length need a free length (length='free')", option="length")
         if loop:
             _check_loop(keytimes, search)
         bounds = self._length_bounds(min_length, max_length)
@@ -237,13 +239,18 @@ class Session:
 
     def _length_bounds(self, least: str | int | None, most: str | int | None) -> tuple[int, int | None]:
         """Bounds on a free length, in frames of the motion."""
-        low, high = (
-            None if text is None else parse_length(text, self.motion.n_frames, self.motion.rate)
-            for text in (least, most)
-        )
+        low, high = (self._bound("min_length", least), self._bound("max_length", most))
         if low is not None and high is not None and low > high:
-            raise OptionError(f"the least length, {least}, is more than the most, {most}")
+            raise OptionError(f"the least length, {least}, is more than the most, {most}", option="max_length")
         return low or 2, high
+
+    def _bound(self, option: str, text: str | int | None) -> int | None:
+        if text is None:
+            return None
+        try:
+            return parse_length(text, self.motion.n_frames, self.motion.rate)
+        except OptionError as error:
+            raise OptionError(str(error), option=option) from None
 
     def _length_range(self, bounds: tuple[int, int | None], reduction: Reduction) -> tuple[int, int]:
         """Bounds on a free length, in analysis frames: what the unrolled input and the keytimes allow of it."""
@@ -262,6 +269,7 @@ class Session:
                 "another upsample",
                 min_output=shortest,
                 max_output=longest,
+                option="min_length" if longest < (low or 2) else "max_length",
             )
         return least, most
 
