@@ -75,6 +75,7 @@ def test_edit_undo_die_recover_save_export(rooms, run):
         clip = folder / "sample.bvh"
         retime.write(retime.sample(), clip)
 
+    retime.write(retime.sample(), folder / "other.bvh")
     found = drive("browser.mjs", 240, clip=str(clip), **rooms)
 
     # What was dragged in the page is in the project file, digit for digit; the command line makes the same of it.

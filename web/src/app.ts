@@ -61,6 +61,7 @@ export class App {
       {
         notice: (kind, text) => this.say(kind, text),
         listing: (listing) => this.dialogs.list(listing),
+        found: (found) => this.dialogs.found(found),
         connected: () => this.connected(),
         recovered: () => this.say("warning", "The last session ended before this was saved. Everything that was done is back."),
         lost: () => this.cover("The server has stopped answering. What you did is kept: start retime edit again, and it goes on from there."),
@@ -98,7 +99,7 @@ export class App {
       theme: () => this.theme.choose(this.theme.dark ? "light" : "dark"),
       help: () => this.help(),
     });
-    this.inspector = new Inspector(this.store, this.session, (purpose) => this.dialogs.showOpen(purpose));
+    this.inspector = new Inspector(this.store, this.session, this.dialogs);
     this.why = new WhyPanel(this.store);
     this.shortcuts = this.makeShortcuts();
     this.hint = this.makeHint();
@@ -268,7 +269,7 @@ export class App {
     this.store.select(null);
     this.store.hover = null;
     this.store.playback = { ...this.store.playback, rate: 0, outputTime: 0, inputTime: 0 };
-    this.store.look({ companion: "input", showB: false, clip: 0 });
+    this.store.look({ companion: "input", showB: false, clip: 0, reference: 0 });
     this.timeline.fit();
   }
 

@@ -1,6 +1,6 @@
 /** Edits of the document: functions from one document value to the next. They check nothing that the server checks. */
 
-import type { ClipFile, Document, Key, LockedTime, Options, ReferenceFile } from "./messages";
+import type { ClipFile, Document, Key, LockedTime, Options } from "./messages";
 import { clamp, snapped } from "./scale";
 import type { Knots } from "./warp";
 
@@ -102,51 +102,49 @@ export function setOption<K extends keyof Options>(document: Document, name: K, 
   return { ...document, options: { ...document.options, [name]: value } };
 }
 
-const PLAIN_REFERENCE: ReferenceFile = {
-  path: null,
-  first_frame: null,
-  last_frame: null,
-  weight: 1,
-  mirror: false,
-  fps: null,
-  skeleton: null,
-  up: null,
-  joint_map: null,
-};
-
-/** Say which frames of the first reference are imitated; all of a clip's own are what no reference says. */
-export function setReferenceRange(document: Document, range: { first: number; last: number } | null): Document {
-  const [first, ...rest] = document.references;
-  const plain = first ?? PLAIN_REFERENCE;
-  if (range === null && plain.path === null && rest.length === 0 && !plain.mirror) {
-    return { ...document, references: [] };
-  }
-  const cut = { ...plain, first_frame: range?.first ?? null, last_frame: range?.last ?? null };
-  return { ...document, references: [cut, ...rest] };
-}
-
-/** Imitate a file, or where it is null the clip itself. */
-export function setReference(document: Document, path: string | null): Document {
-  return { ...document, references: path === null ? [] : [{ ...PLAIN_REFERENCE, path }] };
-}
-
-/** Imitate the mirror image of the first reference too, or not. */
-export function setMirror(document: Document, mirror: boolean): Document {
-  const [first = PLAIN_REFERENCE, ...rest] = document.references;
-  const next = { ...first, mirror };
-  const bare = !mirror && next.path === null && next.first_frame === null && next.last_frame === null && rest.length === 0;
-  return { ...document, references: bare ? [] : [next, ...rest] };
-}
-
 /** Add a clip that gets the same warp. */
 export function addClip(document: Document, path: string): Document {
   const clip: ClipFile = { path, role: "follow", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null };
   return { ...document, clips: [...document.clips, clip] };
 }
 
+/** Take a clip out of the group, and what other clips of it were to move like in its place. */
+export function removeClip(document: Document, index: number): Document {
+  const references = document.references.map((reference) => ({
+    ...reference,
+    counterparts: reference.counterparts
+      .filter((one) => one.clip !== index)
+      .map((one) => (one.clip > index ? { ...one, clip: one.clip - 1 } : one)),
+  }));
+  return { ...document, references, clips: document.clips.filter((_, i) => i !== index) };
+}
+
+export function changeClip(document: Document, index: number, change: Partial<ClipFile>): Document {
+  return { ...document, clips: document.clips.map((clip, i) => (i === index ? { ...clip, ...change } : clip)) };
+}
+
 /** Search on a clip of the group too, or let it only follow. */
 export function setRole(document: Document, index: number, role: ClipFile["role"]): Document {
-  return { ...document, clips: document.clips.map((clip, i) => (i === index ? { ...clip, role } : clip)) };
+  return changeClip(document, index, { role });
+}
+
+/** Give the output a length; bounds are for one that the search chooses. */
+export function setLength(document: Document, length: string | null): Document {
+  const bounds = length === "free" ? {} : { min_length: null, max_length: null };
+  return { ...document, length, ...bounds };
+}
+
+/** A length as a person types it, in the document's words: `65%`, `9.3s`, `280f`; null where it says none. */
+export function parseLength(text: string): string | null {
+  const found = /^(\d+(?:\.\d+)?|\.\d+)\s*(%|s|f)?$/u.exec(text.trim().toLowerCase());
+  if (!found || Number(found[1]) <= 0) return null;
+  return `${found[1]}${found[2] ?? "s"}`;
+}
+
+/** A rate as a person types it: `30`, `29.97`, `30000/1001`, also with `Hz` or `fps`; null where it says none. */
+export function parseRate(text: string): string | null {
+  const found = /^(\d+(?:\.\d+)?(?:\/[1-9]\d*)?)\s*(?:hz|fps)?$/u.exec(text.trim().toLowerCase());
+  return found?.[1] && Number.parseFloat(found[1]) > 0 ? found[1] : null;
 }
 
 /** A length as frames of output, as the document writes it. */

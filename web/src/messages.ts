@@ -280,6 +280,7 @@ export interface Clip {
   readonly n_nodes: number;
   readonly first_frame: number;
   readonly start_time: number;
+  readonly n_whole: number;
   readonly names: readonly string[];
   readonly parents: readonly number[];
   readonly positions: Float32Array;

@@ -5,7 +5,9 @@ import {
   VERSION,
   readArrays,
   type ArrayMessage,
+  type Browse,
   type Document,
+  type Found,
   type Listing,
   type PageMessage,
   type TextMessage,
@@ -33,6 +35,7 @@ type Command =
 export interface SessionEvents {
   notice(kind: "info" | "warning" | "error", text: string): void;
   listing(listing: Listing): void;
+  found(found: Found): void;
   connected(): void;
   /** What is open was recovered from a session that ended before it was saved. */
   recovered(): void;
@@ -120,8 +123,13 @@ export class Session implements LinkEvents {
     this.say({ type: "export", what, path, clip, overwrite });
   }
 
-  browse(folder: string | null): void {
-    this.say({ type: "browse", folder });
+  browse(folder: string | null, holds: Browse["holds"]): void {
+    this.say({ type: "browse", folder, holds });
+  }
+
+  /** Ask whether a file may be read, or written. */
+  find(path: string, writing: boolean): void {
+    this.say({ type: "find", path, writing });
   }
 
   /** Moves whose curve has come since the last call. */
@@ -191,6 +199,9 @@ export class Session implements LinkEvents {
         break;
       case "listing":
         this.events.listing(message);
+        break;
+      case "found":
+        this.events.found(message);
         break;
     }
   }

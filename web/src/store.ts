@@ -40,6 +40,8 @@ export interface ViewSettings {
   readonly snap: boolean;
   /** Which clip of a group the camera follows, or which signal is drawn. */
   readonly clip: number;
+  /** Which reference is looked at. */
+  readonly reference: number;
 }
 
 const VIEW: ViewSettings = {
@@ -52,6 +54,7 @@ const VIEW: ViewSettings = {
   onion: false,
   snap: true,
   clip: 0,
+  reference: 0,
 };
 
 const STORED = "retime.view";
@@ -65,8 +68,6 @@ export class Store {
   clips: Clip[] = [];
   references: Clip[] = [];
   kept = new Map<string, Knots>();
-  /** Of reference files that were seen whole: their first frame and their count, to widen a range again. */
-  readonly wholes = new Map<string, { first: number; count: number }>();
   playback: PlaybackState = STILL;
   selection: Selection = null;
   /** Output time under the pointer. */
@@ -94,6 +95,11 @@ export class Store {
 
   get clip(): Clip | null {
     return this.clips[0] ?? null;
+  }
+
+  /** The place of the reference that is looked at; the last one where that is gone. */
+  get reference(): number {
+    return Math.max(0, Math.min(this.view.reference, (this.document?.references.length ?? 0) - 1));
   }
 
   /** Seconds of the first clip. */

@@ -173,6 +173,50 @@ try {
   await page.getByRole("button", { name: "Write", exact: true }).click();
   await page.getByText(`Wrote ${exported}`).waitFor({ timeout: 60_000 });
 
+  // References: another file, and the clip itself; listed, weighed, ranged and mapped, and taken back.
+  const listed = () => page.getByRole("group", { name: "References" }).locator(".pick").allInnerTexts();
+  assert.deepEqual(await listed(), ["The clip itself"]);
+  await page.getByRole("button", { name: "File…", exact: true }).click();
+  await editor.answered(() => page.getByRole("dialog").getByRole("button", { name: "other.bvh" }).click());
+  await until(async () => (await listed()).join(), "other");
+  await editor.answered(() => page.getByRole("button", { name: "Itself", exact: true }).click());
+  await until(async () => (await listed()).join(), "other,The clip itself");
+  await editor.setField("Weight", "2");
+  await editor.setField("Reference to", "1.5");
+  const reach = page.getByRole("slider", { name: "Last frame of the reference that is imitated" });
+  await until(() => reach.getAttribute("aria-valuetext"), "1.50 s");
+  await editor.settled();
+  await shot("references");
+  await page.getByLabel("Reference shown", { exact: true }).selectOption({ label: "other" });
+  await until(() => page.getByLabel("Weight", { exact: true }).inputValue(), "1");
+  await page.getByRole("button", { name: /of \d+ matched$/ }).click();
+  const [joint] = await page.locator(".joints select").all();
+  const automatic = (await joint.locator("option").first().innerText()).replace(/, by name.*/, "");
+  const another = await joint.locator("option").evaluateAll(
+    (options, not) => options.map((option) => option.value).filter((value) => value !== "" && value !== not).at(-1),
+    automatic,
+  );
+  await joint.selectOption(another);
+  await until(() => joint.evaluate((select) => select.closest(".row").dataset.is), "said");
+  await shot("joints");
+  assert.deepEqual(await stumbles(editor), []);
+  await page.getByRole("button", { name: "Done" }).click();
+  const steps = ["change joint map", "choose reference range", "set reference weight", "add reference", "add reference"];
+  for (const step of steps) {
+    await page.getByRole("button", { name: `Undo ${step}` }).waitFor();
+    await page.keyboard.press("Control+z");
+  }
+  await until(async () => (await listed()).join(), "The clip itself");
+  await editor.settled();
+
+  // A file that the editor may not use: the dialog says what to type.
+  await page.keyboard.press("Control+o");
+  await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill("/etc/passwd");
+  await page.getByRole("dialog").getByRole("button", { name: "Open", exact: true }).click();
+  await page.getByRole("alert").filter({ hasText: /type: retime edit .* --folder \/etc$/ }).waitFor();
+  await shot("refused");
+  await page.getByRole("button", { name: "Cancel" }).click();
+
   // The notebook's bundle shows the same where its messages travel another way.
   const notebook = await page.context().newPage();
   const widget = new Editor(notebook);

@@ -9,44 +9,17 @@ import {
   lengthInFrames,
   parseSpeed,
   parseTime,
-  setMirror,
-  setReference,
-  setReferenceRange,
+  parseLength,
+  parseRate,
+  removeClip,
+  setLength,
   setRole,
   throughKeys,
 } from "../src/document";
 import type { Document, Key } from "../src/messages";
 import { parseSpeeds, speedsText } from "../src/panels/inspector";
-
-const EMPTY: Document = {
-  clips: [{ path: "walk.bvh", role: "search", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null }],
-  references: [],
-  keys: [],
-  locks: [],
-  length: null,
-  min_length: null,
-  max_length: null,
-  free_weight: "neutral",
-  influence: 1,
-  options: {
-    method: "guided",
-    rate: null,
-    max_skip: null,
-    upsample: null,
-    slowest: null,
-    fastest: null,
-    smoothness: 0,
-    smoothing: null,
-    n_neighbors: null,
-    time_scale: null,
-    low_pass: null,
-    features: null,
-    score: "joint",
-    loop: false,
-    average: true,
-  },
-  kept: [],
-};
+import { PLAIN_REFERENCE } from "../src/references";
+import { EMPTY } from "./empty";
 
 function withKeys(...outputTimes: number[]): Document {
   const keys = outputTimes.map((time, i): Key => ({ id: `k${i + 1}`, input_time: time, output_time: time, speed: null }));
@@ -99,44 +72,50 @@ describe("where a dragged key lands", () => {
   });
 });
 
-describe("the reference's range", () => {
-  it("makes the clip its own reference, and unmakes it", () => {
-    const cut = setReferenceRange(EMPTY, { first: 10, last: 40 });
-    expect(cut.references[0]).toMatchObject({ path: null, first_frame: 10, last_frame: 40 });
-    expect(setReferenceRange(cut, null).references).toEqual([]);
-  });
-
-  it("keeps a file, its weight, and other references", () => {
-    const [made] = setReferenceRange(EMPTY, { first: 0, last: 9 }).references;
-    const file = { ...(made as NonNullable<typeof made>), path: "limp.bvh", weight: 2 };
-    const two = { ...EMPTY, references: [file, { ...file, path: "run.bvh" }] };
-    const all = setReferenceRange(two, null);
-    expect(all.references.map((one) => [one.path, one.first_frame, one.weight])).toEqual([["limp.bvh", null, 2], ["run.bvh", 0, 2]]);
-  });
-});
-
-describe("the reference", () => {
-  it("is a file, or the clip itself", () => {
-    const other = setReference(EMPTY, "limp.bvh");
-    expect(other.references.map((one) => [one.path, one.weight])).toEqual([["limp.bvh", 1]]);
-    expect(setReference(other, null)).toEqual(EMPTY);
-  });
-
-  it("is mirrored, and not", () => {
-    const both = setMirror(EMPTY, true);
-    expect(both.references).toHaveLength(1);
-    expect(setMirror(both, false)).toEqual(EMPTY);
-    expect(setMirror(setMirror(setReference(EMPTY, "a.bvh"), true), false)).toEqual(setReference(EMPTY, "a.bvh"));
-  });
-});
-
 it("a group's clips follow, or are searched", () => {
   const group = addClip(EMPTY, "camera.csv");
   expect(group.clips.map((clip) => clip.role)).toEqual(["search", "follow"]);
   expect(setRole(group, 1, "search").clips.map((clip) => clip.role)).toEqual(["search", "search"]);
 });
 
+it("a clip that goes takes its counterparts along, and the others keep theirs", () => {
+  const group = addClip(addClip(EMPTY, "b.bvh"), "c.bvh");
+  const beside = (clip: number) => ({ clip, path: `like ${clip}`, fps: null, skeleton: null, up: null });
+  const imitating = { ...group, references: [{ ...PLAIN_REFERENCE, path: "a.bvh", counterparts: [beside(1), beside(2)] }] };
+  const left = removeClip(imitating, 1);
+  expect(left.clips.map((clip) => clip.path)).toEqual(["walk.bvh", "c.bvh"]);
+  expect(left.references[0]?.counterparts).toEqual([{ ...beside(2), clip: 1 }]);
+});
+
+it("a length that is given needs no bounds", () => {
+  const free = { ...setLength(EMPTY, "free"), min_length: "2s", max_length: "3s" };
+  expect(setLength(free, "free")).toEqual(free);
+  expect(setLength(free, "65%")).toMatchObject({ length: "65%", min_length: null, max_length: null });
+});
+
 describe("what people type", () => {
+  it.each([
+    ["65%", "65%"],
+    [" 9.3 s ", "9.3s"],
+    ["280F", "280f"],
+    ["2.5", "2.5s"],
+    [".5s", ".5s"],
+    ["0", null],
+    ["-3s", null],
+    ["soon", null],
+    ["65 % of it", null],
+  ])("length %j", (text, length) => expect(parseLength(text)).toBe(length));
+
+  it.each([
+    ["30", "30"],
+    ["29.97 fps", "29.97"],
+    ["30000/1001", "30000/1001"],
+    ["24Hz", "24"],
+    ["0", null],
+    ["30/0", null],
+    ["often", null],
+  ])("rate %j", (text, rate) => expect(parseRate(text)).toBe(rate));
+
   it.each([
     ["3.5", 3.5],
     ["3.5s", 3.5],

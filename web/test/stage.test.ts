@@ -18,6 +18,8 @@ function clipOf(names: string[], parents: number[], frames: number[][]): Clip {
     n_nodes: names.length,
     first_frame: 0,
     start_time: 0,
+    n_whole: 0,
+    counterparts: [],
     names,
     parents,
     positions: Float32Array.from(frames.flat()),

@@ -39,7 +39,7 @@ class Places:
         *,
         command: Sequence[str] = (),
     ) -> None:
-        self.folders = [Path(os.path.realpath(folder)) for folder in folders]
+        self.folders = list(dict.fromkeys(Path(os.path.realpath(folder)) for folder in folders))
         self._files = {Path(os.path.realpath(file)) for file in files}
         self._command = tuple(command)
 

@@ -42,10 +42,13 @@ class Sources:
         In the document's order.
     references : tuple of Reference
         In the document's order.
+    wholes : tuple of Motion or Signal
+        For each reference what its first motion is cut out of.
     """
 
     clips: tuple[AnyClip, ...]
     references: tuple[Reference, ...]
+    wholes: tuple[AnyClip, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +145,11 @@ def read_clip(file: AnyFile, path: Path, find: Find) -> AnyClip:
     if not clip.name:
         clip = replace(clip, name=path.stem)
     if file.up is None and isinstance(clip, Motion) and seems_z_up(clip):
-        warnings.warn(f"{clip.name}: the figure stands along Z; say so if Z is up in this file", RetimeWarning, 2)
+        warnings.warn(
+            f"{clip.name}: the figure stands along Z. If Z is up in this file, say so under How it is read: Up",
+            RetimeWarning,
+            2,
+        )
     return clip
 
 
@@ -199,7 +206,11 @@ class Reader:
             with _blaming(Fault(reference=i)):
                 references[reference, searched] = self._reference(reference, searched, clips)
         self._clips, self._references = self._used, references
-        found = Sources(tuple(clips), tuple(references[file, searched][1] for file in document.references))
+        found = Sources(
+            tuple(clips),
+            tuple(references[file, searched][1] for file in document.references),
+            tuple(clips[0] if file.path is None else self._stretch(file, None, None) for file in document.references),
+        )
         if self._sources is None or not _same(self._sources, found):
             self._sources = found
         return self._sources

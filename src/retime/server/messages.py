@@ -408,8 +408,10 @@ class Clip:
     first_frame : int
         The number that the file gives its first frame used.
     start_time : float
-        Of a reference: when its frames begin in the whole clip, seconds, where it is a stretch of the first clip; else
-        0.
+        Of a reference: when its frames begin in the whole that they are cut out of (its file, or the first clip),
+        seconds. Of a clip 0.
+    n_whole : int
+        Frames of that whole.
     names : list of str
         Of the nodes (joints, then end sites), or of the channels.
     parents : list of int
@@ -435,6 +437,7 @@ class Clip:
     n_nodes: int
     first_frame: int
     start_time: float
+    n_whole: int
     names: tuple[str, ...]
     parents: tuple[int, ...]
     positions: Float32s

@@ -9,7 +9,6 @@ from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import flights, global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.project.document import Document
 from retime.project.solve import Solution, Sources, ghosts
 from retime.server.messages import BINDINGS, Clip, Curve, Kept, Why
 from retime.warp.apply import output_frame_times
@@ -17,16 +16,14 @@ from retime.warp.curve import Warp
 from retime.warp.reference import Reference
 
 
-def clip_messages(document: Document, sources: Sources) -> list[Clip]:
+def clip_messages(sources: Sources) -> list[Clip]:
     """Draw all clips and references of a document."""
     first = sources.clips[0]
-    found = [_clip("clip", i, len(sources.clips), clip, 0.0, ()) for i, clip in enumerate(sources.clips)]
-    for i, (file, reference) in enumerate(zip(document.references, sources.references, strict=True)):
+    found = [_clip("clip", i, len(sources.clips), clip, clip, ()) for i, clip in enumerate(sources.clips)]
+    for i, (whole, reference) in enumerate(zip(sources.wholes, sources.references, strict=True)):
         clip = reference.clips[0]
-        start = (clip.first_frame - first.first_frame) / float(clip.rate) if file.path is None else 0.0
-        found.append(
-            _clip("reference", i, len(sources.references), clip, start, counterparts_of(first, clip, reference))
-        )
+        counterparts = counterparts_of(first, clip, reference)
+        found.append(_clip("reference", i, len(sources.references), clip, whole, counterparts))
     return found
 
 
@@ -49,7 +46,7 @@ def counterparts_of(clip: Motion | Signal, other: Motion | Signal, reference: Re
 
 
 def _clip(
-    what: str, index: int, count: int, clip: Motion | Signal, start: float, counterparts: tuple[str, ...]
+    what: str, index: int, count: int, clip: Motion | Signal, whole: Motion | Signal, counterparts: tuple[str, ...]
 ) -> Clip:
     names, parents = clip_nodes(clip)
     positions, values = np.zeros((0, 0, 3)), np.zeros((0, 0))
@@ -71,7 +68,8 @@ def _clip(
         n_frames=clip.n_frames,
         n_nodes=len(parents),
         first_frame=clip.first_frame,
-        start_time=start,
+        start_time=(clip.first_frame - whole.first_frame) / float(clip.rate),
+        n_whole=whole.n_frames,
         names=names,
         parents=parents,
         positions=positions.astype(np.float32),

@@ -478,7 +478,7 @@ class EditorSession:
             with self._warnings_told(lambda notice: self._publish(job, {f"notice {notice.text}": notice})):
                 sources = self._solver.read(job.document)
                 if self._shown is None or self._shown != (job.first, sources):
-                    clips = clip_messages(job.document, sources)
+                    clips = clip_messages(sources)
                     self._shown = job.first, sources
                     self._publish(job, {f"{clip.what} {clip.index}": clip for clip in clips})
                 solution = self._solver.solve(job.document)

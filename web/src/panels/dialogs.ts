@@ -1,23 +1,28 @@
 /** Dialogs: open, save, export, shortcuts. */
 
-import { addClip, setReference } from "../document";
 import { make, setText } from "../dom";
 import { icon } from "../icons";
-import type { Listing } from "../messages";
+import type { Browse, Found, Listing } from "../messages";
 import type { Session } from "../session";
 import { shownKey, type Shortcut } from "../shortcuts";
 import type { Store } from "../store";
 import { choice, check, textField, type Check, type Choice, type Field } from "./fields";
 
-/** What a file is opened for. */
-export type Purpose = "document" | "clip" | "reference";
+/** What a file is wanted for. */
+export interface Wanted {
+  readonly title: string;
+  readonly holds: Browse["holds"];
+  take(path: string): void;
+}
 
 export class Dialogs {
   private readonly help: HTMLDialogElement;
   private readonly open: HTMLDialogElement;
   private readonly write: HTMLDialogElement;
   private readonly openTitle = make("h3", {}, "Open");
-  private purpose: Purpose = "document";
+  private readonly openTrouble = make("p", { class: "refused", role: "alert", hidden: true });
+  private readonly writeTrouble = make("p", { class: "refused", role: "alert", hidden: true });
+  private wanted: Wanted;
   private readonly files = make("ul", { class: "files", "aria-label": "Files" });
   private readonly folder = make("p", { class: "note" });
   private readonly openPath: Field;
@@ -31,13 +36,14 @@ export class Dialogs {
   private listing: Listing | null = null;
 
   constructor(
-    root: HTMLElement,
+    readonly root: HTMLElement,
     private readonly store: Store,
     private readonly session: Session,
     private readonly upload: ((files: readonly File[], then: (path: string) => void) => void) | null,
   ) {
     this.help = this.dialog("Keyboard shortcuts", []);
-    this.openPath = textField("Path", "A clip (BVH, AMC, CSV, …) or a project", () => true);
+    this.wanted = this.document();
+    this.openPath = textField("Path", "As your system writes it", () => true);
     this.what = choice("What", "What to write", () => this.suggest());
     this.whichClip = choice("Clip", "Of a group: which clip", () => this.suggest());
     this.writePath = textField("Path", "The name's ending says in which format", () => true);
@@ -48,7 +54,7 @@ export class Dialogs {
   }
 
   get isOpen(): boolean {
-    return [this.help, this.open, this.write].some((dialog) => dialog.open);
+    return this.root.querySelector("dialog[open]") !== null;
   }
 
   showHelp(shortcuts: readonly Shortcut[], hands: readonly (readonly [string, string])[]): void {
@@ -72,15 +78,34 @@ export class Dialogs {
     title.focus();
   }
 
-  showOpen(purpose: Purpose = "document"): void {
-    this.purpose = purpose;
-    const title = { document: "Open", clip: "Add a clip", reference: "Choose the reference" }[purpose];
-    setText(this.openTitle, title);
-    this.open.setAttribute("aria-label", title);
-    this.openPath.show("");
+  private document(): Wanted {
+    return { title: "Open", holds: "clip", take: (path) => this.session.open(path) };
+  }
+
+  /** Choose a file: a document to open, or one that is wanted for something else. */
+  showOpen(wanted = this.document()): void {
+    this.wanted = wanted;
+    setText(this.openTitle, wanted.title);
+    this.open.setAttribute("aria-label", wanted.title);
     this.openPath.input.value = "";
+    this.openTrouble.hidden = true;
     this.open.showModal();
-    this.session.browse(this.listing?.folder ?? null);
+    this.session.browse(this.listing?.folder ?? null, wanted.holds);
+  }
+
+  /** Whether a file that was named may be used. */
+  found({ path, place, refused }: Found): void {
+    const [dialog, field, trouble] = this.write.open
+      ? [this.write, this.writePath, this.writeTrouble]
+      : [this.open, this.openPath, this.openTrouble];
+    if (!dialog.open || field.input.value.trim() !== path) return;
+    setText(trouble, refused ?? "");
+    trouble.hidden = refused === null;
+    if (refused !== null) return;
+    dialog.close();
+    if (dialog === this.open) this.wanted.take(place);
+    else if (this.saving) this.session.save(place, this.mayOverwrite);
+    else this.session.export(this.kind, place, Number(this.whichClip.select.value || 0), this.mayOverwrite);
   }
 
   showSave(): void {
@@ -103,27 +128,21 @@ export class Dialogs {
     };
     const { folder, parent } = listing;
     this.files.replaceChildren(
-      ...(parent === null ? [] : [entry("..", "up", () => this.session.browse(parent))]),
-      ...listing.folders.map((name) => entry(name, "folder", () => this.session.browse(joined(folder, name)))),
-      ...listing.files.map((name) =>
-        entry(name, "file", () => {
-          this.open.close();
-          this.take(joined(folder, name));
-        }),
-      ),
+      ...(parent === null ? [] : [entry("..", "up", () => this.session.browse(parent, this.wanted.holds))]),
+      ...listing.folders.map((name) => entry(name, "folder", () => this.session.browse(joined(folder, name), this.wanted.holds))),
+      ...listing.files.map((name) => entry(name, "file", () => this.ask(joined(folder, name)))),
     );
     if (this.write.open && this.writePath.input.value === "") this.suggest();
   }
 
-  /** Use a file for what the dialog was opened for. */
-  private take(path: string): void {
-    const { session, store } = this;
-    if (this.purpose === "document" || !store.document) session.open(path);
-    else if (this.purpose === "clip") session.edit(addClip(store.document, path), "add clip");
-    else session.edit(setReference(store.document, path), "choose reference");
+  /** Ask for a file; it is used once the server has said that it may be. */
+  private ask(path: string): void {
+    this.openPath.input.value = path;
+    this.session.find(path, false);
   }
 
-  private dialog(label: string, children: Node[]): HTMLDialogElement {
+  /** Make a dialog like the others. */
+  dialog(label: string, children: Node[]): HTMLDialogElement {
     const dialog = make("dialog", { "aria-label": label }, ...children);
     // A click on what lies around it closes it.
     dialog.addEventListener("pointerdown", (event) => {
@@ -142,20 +161,18 @@ export class Dialogs {
       const picker = make("input", { type: "file", multiple: true, hidden: true });
       picker.addEventListener("change", () => {
         dialog.close();
-        upload([...(picker.files ?? [])], (path) => this.take(path));
+        upload([...(picker.files ?? [])], (path) => this.wanted.take(path));
         picker.value = "";
       });
       const elsewhere = make("button", { type: "button", class: "button framed" }, "From elsewhere…");
       elsewhere.addEventListener("click", () => picker.click());
       footer.push(elsewhere, picker, make("span", { class: "gap" }));
     }
-    const body = form(this.openTitle, [this.folder, this.files, this.openPath.row], [...footer, closeButton(dialog, "Cancel"), go]);
+    const body = form(this.openTitle, [this.folder, this.files, this.openPath.row, this.openTrouble], [...footer, closeButton(dialog, "Cancel"), go]);
     body.addEventListener("submit", (event) => {
       event.preventDefault();
       const path = this.openPath.input.value.trim();
-      if (path === "") return;
-      dialog.close();
-      this.take(path);
+      if (path !== "") this.ask(path);
     });
     dialog.append(body);
     return dialog;
@@ -166,7 +183,7 @@ export class Dialogs {
     const go = make("button", { type: "submit", class: "button main" }, "Write");
     const body = form(
       this.writeTitle,
-      [this.what.row, this.whichClip.row, this.writePath.row, this.overwrite.row],
+      [this.what.row, this.whichClip.row, this.writePath.row, this.writeTrouble, this.overwrite.row],
       [closeButton(dialog, "Cancel"), go],
     );
     body.addEventListener("submit", (event) => {
@@ -176,9 +193,7 @@ export class Dialogs {
         this.writePath.input.focus();
         return;
       }
-      dialog.close();
-      if (this.saving) this.session.save(path, this.mayOverwrite);
-      else this.session.export(this.kind, path, Number(this.whichClip.select.value || 0), this.mayOverwrite);
+      this.session.find(path, true);
     });
     dialog.append(body);
     return dialog;
@@ -205,6 +220,7 @@ export class Dialogs {
       String(this.store.view.clip),
     );
     this.mayOverwrite = false;
+    this.writeTrouble.hidden = true;
     this.overwrite.show(false);
     this.suggest();
     this.write.showModal();

@@ -1,6 +1,6 @@
 /** Fields of the side: typed values that answer to Enter, and show what the document holds while nobody types. */
 
-import { make, setAttribute } from "../dom";
+import { make, setAttribute, setText } from "../dom";
 
 let count = 0;
 
@@ -9,23 +9,29 @@ export interface Field {
   readonly input: HTMLInputElement;
   /** Show a value, unless someone is typing another. */
   show(text: string): void;
+  /** Say what is wrong with the value that is shown; null: nothing. */
+  blame(message: string | null): void;
 }
 
 /** A field for text; `commit` says whether it could make sense of it. */
 export function textField(label: string, hint: string, commit: (text: string) => boolean): Field {
   const id = `retime-field-${++count}`;
   const input = make("input", { id, class: "field", type: "text", spellcheck: "false", autocomplete: "off", title: hint });
+  const trouble = make("p", { id: `${id}-trouble`, class: "refused", hidden: true });
   let shown = "";
+  let refused = false;
+  const mark = (): void => setAttribute(input, "aria-invalid", refused || !trouble.hidden ? "true" : null);
   const take = (): void => {
-    if (input.value === shown) return setAttribute(input, "aria-invalid", null);
-    setAttribute(input, "aria-invalid", commit(input.value.trim()) ? null : "true");
+    refused = input.value !== shown && !commit(input.value.trim());
+    mark();
   };
   input.addEventListener("change", take);
   input.addEventListener("keydown", (event) => {
     event.stopPropagation();
     if (event.key === "Escape") {
       input.value = shown;
-      setAttribute(input, "aria-invalid", null);
+      refused = false;
+      mark();
       input.blur();
     }
     if (event.key === "Enter") {
@@ -34,15 +40,20 @@ export function textField(label: string, hint: string, commit: (text: string) =>
     }
   });
   return {
-    row: make("div", { class: "row" }, make("label", { for: id }, label), input),
+    row: make("div", { class: "row" }, make("label", { for: id }, label), input, trouble),
     input,
     show(text) {
       shown = text;
-      if (document.activeElement !== input && input.getAttribute("aria-invalid") !== "true") input.value = text;
-      else if (document.activeElement !== input) {
-        setAttribute(input, "aria-invalid", null);
-        input.value = text;
-      }
+      if (document.activeElement === input) return;
+      refused = false;
+      mark();
+      input.value = text;
+    },
+    blame(message) {
+      setText(trouble, message ?? "");
+      trouble.hidden = message === null;
+      setAttribute(input, "aria-describedby", message === null ? null : trouble.id);
+      mark();
     },
   };
 }

@@ -8,13 +8,12 @@ import {
   deleteLock,
   findKey,
   keysInOrder,
+  parseLength,
+  parseRate,
   parseSpeed,
   parseTime,
-  setMirror,
+  setLength,
   setOption,
-  setReference,
-  setReferenceRange,
-  setRole,
 } from "../document";
 import { make, setText } from "../dom";
 import { icon } from "../icons";
@@ -22,18 +21,21 @@ import type { Document } from "../messages";
 import { clamp } from "../scale";
 import type { Session } from "../session";
 import type { Companion, Store, Topic } from "../store";
-import { wholeReference } from "../timeline/paint";
 import { outputEnd, speedAt } from "../warp";
-import { check, choice, slider, textField } from "./fields";
+import { ClipPanel } from "./clips";
+import type { Dialogs } from "./dialogs";
+import { check, choice, slider, textField, type Field } from "./fields";
+import { ReferencePanel } from "./references";
 
 export class Inspector {
   readonly root = make("div", { class: "sections" });
+  private readonly fields = new Map<string, Field>();
   private readonly sections: readonly ((changed: Set<Topic>) => void)[];
 
   constructor(
     private readonly store: Store,
     private readonly session: Session,
-    private readonly openFor: (purpose: "clip" | "reference") => void,
+    private readonly dialogs: Dialogs,
   ) {
     this.sections = [
       this.keySection(),
@@ -50,6 +52,14 @@ export class Inspector {
     if (!this.store.document) return;
     if (!["document", "curve", "selection", "clips", "view"].some((topic) => changed.has(topic as Topic))) return;
     for (const show of this.sections) show(changed);
+    const { problem } = this.store;
+    for (const [name, field] of this.fields) field.blame(problem?.field === name ? problem.message : null);
+  }
+
+  /** Note a field by its name in the document, to say beside it what is wrong with it. */
+  private named(name: string, field: Field): Field {
+    this.fields.set(name, field);
+    return field;
   }
 
   private get document(): Document {
@@ -122,12 +132,27 @@ export class Inspector {
     const { store, session } = this;
     const { body } = this.section("Timing");
     const length = textField("Length", "65%, 9.3s, 280f or free. Empty: after the last keytime the input plays on", (text) => {
-      if (text !== "" && text !== "free" && !/^\d*\.?\d+\s*(%|s|f)?$/u.test(text)) return false;
-      const written = /^\d*\.?\d+$/u.test(text) ? `${text}s` : text.replace(/\s+/gu, "");
-      session.edit({ ...this.document, length: written === "" ? null : written }, "set length");
+      const written = text === "" || text.toLowerCase() === "free" ? text.toLowerCase() : parseLength(text);
+      if (written === null) return false;
+      session.edit(setLength(this.document, written === "" ? null : written), "set length");
       return true;
     });
     length.input.placeholder = "as the keys say";
+    const bound = (name: "min_length" | "max_length", label: string, hint: string): Field => {
+      const field = textField(label, hint, (text) => {
+        const written = text === "" ? null : parseLength(text);
+        if (text !== "" && written === null) return false;
+        session.edit({ ...this.document, [name]: written }, "bound length");
+        return true;
+      });
+      field.input.placeholder = "no bound";
+      return this.named(name, field);
+    };
+    const least = bound("min_length", "At least", "The free length is no shorter than this: 65%, 9.3s, 280f. Empty: no bound");
+    const most = bound("max_length", "At most", "The free length is no longer than this: 65%, 9.3s, 280f. Empty: no bound");
+    const weighed = choice<"neutral" | "sum">("Weighed", "How a free length weighs frames", (value) =>
+      session.edit({ ...this.document, free_weight: value }, "weigh free length"),
+    );
     let gesture = "";
     const slide = (apply: (value: number) => Document, label: string) => (value: number, done: boolean): void => {
       gesture ||= session.newGesture();
@@ -155,6 +180,8 @@ export class Inspector {
     const slowest = textField("Slowest", "Speed limit for the whole clip: 0.5, 1/2, 50%. Empty: none", (text) => limit("slowest", text));
     const fastest = textField("Fastest", "Speed limit for the whole clip: 2, 200%. Empty: none", (text) => limit("fastest", text));
     slowest.input.placeholder = fastest.input.placeholder = "none";
+    this.named("options.slowest", slowest);
+    this.named("options.fastest", fastest);
     const limits = make("div", { class: "pair" }, slowest.input, make("span", { class: "note" }, "to"), fastest.input);
     slowest.input.setAttribute("aria-label", "Slowest speed");
     fastest.input.setAttribute("aria-label", "Fastest speed");
@@ -163,7 +190,10 @@ export class Inspector {
     );
     const note = make("p", { class: "note" });
     body.append(
-      length.row,
+      this.named("length", length).row,
+      least.row,
+      most.row,
+      weighed.row,
       influence.row,
       smoothness.row,
       make("div", { class: "row" }, make("span", { class: "label" }, "Speed limits"), limits),
@@ -173,6 +203,19 @@ export class Inspector {
     return () => {
       const { options } = this.document;
       length.show(this.document.length ?? "");
+      const free = this.document.length === "free";
+      for (const [field, value] of [[least, this.document.min_length], [most, this.document.max_length]] as const) {
+        field.row.hidden = !free && value === null;
+        field.show(value ?? "");
+      }
+      weighed.row.hidden = !free;
+      weighed.show(
+        [
+          { value: "neutral", text: "Both clocks alike" },
+          { value: "sum", text: "Plain sum (the paper's)" },
+        ],
+        this.document.free_weight,
+      );
       influence.show(this.document.influence, this.document.influence.toFixed(2));
       smoothness.show(Math.sqrt(options.smoothness), options.smoothness.toFixed(2));
       slowest.show(options.slowest === null ? "" : String(options.slowest));
@@ -263,50 +306,10 @@ export class Inspector {
   }
 
   private referenceSection(): () => void {
-    const { store, session } = this;
-    const all = make("button", { type: "button", class: "button", title: "Imitate all of the reference" }, "All of it");
-    all.addEventListener("click", () => session.edit(setReferenceRange(this.document, null), "choose reference range"));
-    const { body } = this.section("Reference", all);
-    const name = make("p", { class: "note" });
-    const bound = (side: "first" | "last") => (text: string): boolean => {
-      const span = wholeReference(store);
-      const value = parseTime(text, span?.clip.rate ?? store.rate);
-      if (!span || value === null) return false;
-      const frame = (seconds: number): number => Math.round(seconds * span.clip.rate) + span.firstFrame;
-      const range = { first: frame(span.start), last: frame(span.end), [side]: frame(value) };
-      if (range.last - range.first < 5) return false;
-      session.edit(setReferenceRange(this.document, range), "choose reference range");
-      return true;
-    };
-    const from = textField("From", "Where the imitated stretch of the reference begins", bound("first"));
-    const to = textField("To", "Where the imitated stretch of the reference ends", bound("last"));
-    from.input.setAttribute("aria-label", "Reference from");
-    to.input.setAttribute("aria-label", "Reference to");
-    const range = make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input);
-    const mirror = check("Its mirror image too", "Imitate left as right too", (on) =>
-      session.edit(setMirror(this.document, on), "choose reference"),
-    );
-    const itself = make("button", { type: "button", class: "button framed", title: "Imitate the clip itself" }, "The clip itself");
-    itself.addEventListener("click", () => session.edit(setReference(this.document, null), "choose reference"));
-    const choose = make("button", { type: "button", class: "button framed", title: "Imitate another clip" }, "Choose a file…");
-    choose.addEventListener("click", () => this.openFor("reference"));
-    const sources = make("div", { class: "pair" }, choose, itself);
-    sources.style.margin = "4px 0";
-    body.append(name, sources, make("div", { class: "row" }, make("span", { class: "label" }, "Imitated"), range), mirror.row);
-    return () => {
-      const span = wholeReference(store);
-      const file = this.document.references[0];
-      const more = this.document.references.length - 1;
-      setText(
-        name,
-        `${file?.path ? (span?.clip.name ?? file.path) : "The clip itself"}${more > 0 ? `, and ${more} more` : ""}`,
-      );
-      from.show(span ? span.start.toFixed(2) : "");
-      to.show(span ? span.end.toFixed(2) : "");
-      mirror.show(file?.mirror ?? false);
-      itself.hidden = !file?.path;
-      all.hidden = !file || (file.first_frame === null && file.last_frame === null);
-    };
+    const panel = new ReferencePanel(this.store, this.session, this.dialogs);
+    const { body } = this.section("References", ...panel.actions);
+    body.append(panel.body);
+    return () => panel.update();
   }
 
   private compareSection(): () => void {
@@ -374,41 +377,10 @@ export class Inspector {
   }
 
   private clipSection(): () => void {
-    const { store, session } = this;
-    const add = make("button", { type: "button", class: "button", title: "Another clip that gets the same warp: a second character, a camera" }, icon("plus"), "Add");
-    add.addEventListener("click", () => this.openFor("clip"));
-    const { body } = this.section("Clips", add);
-    let shown = "";
-    return () => {
-      const { clips } = this.document;
-      const names = clips.map((clip, i) => store.clips[i]?.name ?? clip.path);
-      const now = JSON.stringify([clips, names]);
-      if (now === shown) return;
-      shown = now;
-      body.replaceChildren(
-        ...clips.map((clip, i) => {
-          const role = make(
-            "select",
-            { class: "field", "aria-label": `Role of ${names[i]}`, disabled: i === 0, title: "Whether the warp is found on it, or it only gets the warp" },
-            make("option", { value: "search" }, "searched"),
-            make("option", { value: "follow" }, "follows"),
-          );
-          role.value = clip.role;
-          role.addEventListener("change", () =>
-            session.edit(setRole(this.document, i, role.value === "search" ? "search" : "follow"), "choose role of clip"),
-          );
-          const remove = make("button", { type: "button", class: "button bare", "aria-label": `Remove ${names[i]}`, title: "Remove from the group" }, icon("trash"));
-          remove.addEventListener("click", () => {
-            store.look({ clip: 0 });
-            session.edit({ ...this.document, clips: this.document.clips.filter((_, j) => j !== i) }, "remove clip");
-          });
-          // The first one sets the clock.
-          if (i === 0) remove.style.visibility = "hidden";
-          const name = make("span", { class: "clipname", title: clip.path }, names[i]);
-          return make("div", { class: "cliprow" }, name, role, remove);
-        }),
-      );
-    };
+    const panel = new ClipPanel(this.store, this.session, this.dialogs);
+    const { body } = this.section("Clips", panel.add);
+    body.append(panel.body);
+    return () => panel.update();
   }
 
   private searchSection(): () => void {
@@ -435,12 +407,22 @@ export class Inspector {
       session.edit(setOption(this.document, "max_skip", value), "set longest skip");
       return true;
     });
+    const rate = textField("Analysis rate", "At how many Hz the search looks at the motion: 30, 29.97. Empty: 30; the output keeps the clip's own", (text) => {
+      const value = text === "" ? null : parseRate(text);
+      if (text !== "" && value === null) return false;
+      session.edit(setOption(this.document, "rate", value), "set analysis rate");
+      return true;
+    });
+    rate.input.placeholder = "30 Hz";
     scale.input.placeholder = "default";
     skip.input.placeholder = "as needed";
     const average = check("Average where it is sped up", "Blends the frames that a fast stretch leaps over", (on) =>
       session.edit(setOption(this.document, "average", on), "set averaging"),
     );
-    body.append(method.row, score.row, features.row, scale.row, skip.row, average.row);
+    this.named("options.rate", rate);
+    this.named("options.time_scale", scale);
+    this.named("options.max_skip", skip);
+    body.append(method.row, score.row, features.row, rate.row, scale.row, skip.row, average.row);
     return () => {
       const { options } = this.document;
       method.show(
@@ -467,6 +449,7 @@ export class Inspector {
         ],
         options.features ?? "",
       );
+      rate.show(options.rate ?? "");
       scale.show(options.time_scale === null ? "" : String(options.time_scale));
       skip.show(options.max_skip === null ? "" : String(options.max_skip));
       average.show(options.average);

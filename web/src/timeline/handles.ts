@@ -9,9 +9,10 @@ import {
   keyPlace,
   keysInOrder,
   lengthInFrames,
-  setReferenceRange,
+  setLength,
 } from "../document";
 import { make, setAttribute } from "../dom";
+import { setReferenceRange } from "../references";
 import type { Document, Key, LockedTime } from "../messages";
 import { clamp, snapped, toPixels, toValue } from "../scale";
 import type { Session } from "../session";
@@ -28,7 +29,7 @@ import {
   type Layout,
   type Scales,
 } from "./layout";
-import { wholeReference } from "./paint";
+import { frameRange, referenceSpan } from "./reference_span";
 
 const TANGENT = 46;
 const SLOWEST = 1 / 24;
@@ -131,7 +132,7 @@ export class Handles {
       describe(handle, shownSpeed, SLOWEST, FASTEST, `${shownSpeed.toFixed(2)} times`);
     });
 
-    const span = wholeReference(this.store);
+    const span = referenceSpan(this.store);
     this.range.forEach((handle, side) => {
       const time = span ? (side === 0 ? span.start : span.end) : 0;
       const x = span ? toPixels({ from: 0, to: span.duration }, reference.width, time) + 14 : 0;
@@ -358,7 +359,7 @@ export class Handles {
     const start = outputEnd(store.knots);
     return this.gesture("set length", (dx) => {
       const seconds = (dx / this.layout.map.width) * (this.scales.output.to - this.scales.output.from);
-      return { ...(store.document as Document), length: lengthInFrames(start + seconds, store.rate) };
+      return setLength(store.document as Document, lengthInFrames(start + seconds, store.rate));
     });
   }
 
@@ -366,35 +367,32 @@ export class Handles {
     const { store } = this;
     if (!store.knots) return;
     const length = lengthInFrames(outputEnd(store.knots) + by / store.rate, store.rate);
-    this.nudge("end", { ...(store.document as Document), length }, "set length");
+    this.nudge("end", setLength(store.document as Document, length), "set length");
   }
 
   private makeRange(side: 0 | 1): HTMLElement {
     const { store } = this;
     const change = (time: number): Document | null => {
-      const span = wholeReference(store);
+      const span = referenceSpan(store);
       if (!span || !store.document) return null;
-      const frame = (seconds: number): number => Math.round(seconds * span.clip.rate) + span.firstFrame;
-      let [first, last] = [frame(span.start), frame(span.end)];
-      // A few frames at least: fewer are no motion to imitate.
-      const least = Math.ceil(span.clip.rate / 3);
-      if (side === 0) first = clamp(frame(time), span.firstFrame, last - least);
-      else last = clamp(frame(time), first + least, frame(span.duration));
-      const all = first === span.firstFrame && last === frame(span.duration);
-      return setReferenceRange(store.document, all && span.clip === store.clip ? null : { first, last });
+      // A third of a second at least: less is no motion to imitate.
+      const least = Math.min(1 / 3, span.duration);
+      const start = side === 0 ? clamp(time, 0, span.end - least) : span.start;
+      const end = side === 1 ? clamp(time, span.start + least, span.duration) : span.end;
+      return setReferenceRange(store.document, Math.max(span.source, 0), frameRange(span, start, end));
     };
     return this.slider(
       "handle span",
       side === 0 ? "First frame of the reference that is imitated" : "Last frame of the reference that is imitated",
       () => {
-        const span = wholeReference(store);
+        const span = referenceSpan(store);
         if (!span) return null;
         const whole = { from: 0, to: span.duration };
         const start = toPixels(whole, this.layout.reference.width, side === 0 ? span.start : span.end);
         return this.gesture("choose reference range", (dx) => change(toValue(whole, this.layout.reference.width, start + dx)));
       },
       (by) => {
-        const span = wholeReference(store);
+        const span = referenceSpan(store);
         if (!span) return;
         const next = change((side === 0 ? span.start : span.end) + by / span.clip.rate);
         if (next) this.nudge("reference", next, "choose reference range");

@@ -1,12 +1,12 @@
 /** What is drawn on the timeline's canvas: everything that is not a handle. */
 
-import type { Clip } from "../messages";
 import { clamp, ticks, timeLabel, toPixels } from "../scale";
 import type { Store } from "../store";
 import type { Palette } from "../theme";
 import { at, inputAt, outputAt, outputEnd, outputStart, pieceAt, type Knots } from "../warp";
 import { matchesAt, rowAt } from "../why";
 import { inputY, outputX, speedY, type Box, type Layout, type Scales } from "./layout";
+import { referenceNames, referenceSpan } from "./reference_span";
 
 export const FONT = '11px system-ui, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-serif';
 const SPEED_TICKS = [1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
@@ -98,6 +98,8 @@ export class Painter {
     }
     this.label("Speed", 8, layout.speed.y + 9, "left", palette.muted);
     this.label("Score", 8, layout.heat.y + layout.heat.height / 2, "left", palette.muted);
+    // Of several one is shown; which, is chosen there.
+    if ((this.store.document?.references.length ?? 0) > 1) return;
     this.label("Reference", 8, layout.reference.y + layout.reference.height / 2, "left", palette.reference);
   }
 
@@ -285,7 +287,7 @@ export class Painter {
   private reference(): void {
     const { pen, layout, palette, store } = this;
     const { reference } = layout;
-    const whole = wholeReference(store);
+    const whole = referenceSpan(store);
     if (!whole) return;
     const box = { ...reference, y: reference.y + 4, height: reference.height - 8 };
     const x = (time: number): number => box.x + toPixels({ from: 0, to: whole.duration }, box.width, time);
@@ -295,17 +297,21 @@ export class Painter {
     pen.globalAlpha = 0.16;
     pen.fillRect(x(whole.start), box.y, x(whole.end) - x(whole.start), box.height);
     pen.globalAlpha = 1;
+    if (whole.source >= 0) {
+      const name = referenceNames(store)[whole.source] ?? "";
+      this.clip(box, () => this.label(name, x(whole.start) + 8, box.y + 8, "left", palette.reference));
+    }
     const { why } = store;
     if (!why) return;
     pen.globalAlpha = 0.5;
     for (let row = 1; row + 1 < why.n_output; row++) {
       const [match] = matchesAt(why, row);
-      if (match && match.source <= 0) pen.fillRect(x(match.time + whole.offset), box.y + box.height - 5, 1, 5);
+      if (match?.source === whole.source) pen.fillRect(x(match.time + whole.offset), box.y + box.height - 5, 1, 5);
     }
     pen.globalAlpha = 1;
     const time = store.hover ?? store.playback.outputTime;
     for (const match of matchesAt(why, rowAt(why, time))) {
-      if (match.source > 0) continue;
+      if (match.source !== whole.source) continue;
       pen.fillRect(Math.round(x(match.time + whole.offset)) - 1, box.y, 2, box.height);
     }
   }
@@ -392,40 +398,4 @@ export function heatColors(low: string, high: string): string[] {
     mixed.set(name, colors);
   }
   return colors;
-}
-
-export interface ReferenceSpan {
-  readonly clip: Clip;
-  /** Seconds of all of it, as far as the page knows. */
-  readonly duration: number;
-  /** What of it is imitated. */
-  readonly start: number;
-  readonly end: number;
-  /** When a matched time of 0 lies in the whole. */
-  readonly offset: number;
-  readonly firstFrame: number;
-}
-
-/** The first reference: all of it, and what of it is used. */
-export function wholeReference(store: Store): ReferenceSpan | null {
-  const own = store.clip;
-  const clip = store.references[0];
-  const file = store.document?.references[0];
-  if (!own || own.n_frames < 2) return null;
-  if (!clip || !file) {
-    const duration = (own.n_frames - 1) / own.rate;
-    return { clip: own, duration, start: 0, end: duration, offset: 0, firstFrame: own.first_frame };
-  }
-  const used = (clip.n_frames - 1) / clip.rate;
-  if (file.path === null) {
-    const duration = (own.n_frames - 1) / own.rate;
-    return { clip: own, duration, start: clip.start_time, end: clip.start_time + used, offset: clip.start_time, firstFrame: own.first_frame };
-  }
-  if (file.first_frame === null && file.last_frame === null) {
-    store.wholes.set(file.path, { first: clip.first_frame, count: clip.n_frames });
-  }
-  const whole = store.wholes.get(file.path);
-  const start = whole ? (clip.first_frame - whole.first) / clip.rate : 0;
-  const duration = whole ? Math.max((whole.count - 1) / clip.rate, start + used) : used;
-  return { clip, duration, start, end: start + used, offset: start, firstFrame: whole?.first ?? clip.first_frame };
 }

@@ -24,6 +24,7 @@ import {
   type Scales,
 } from "./layout";
 import { Painter } from "./paint";
+import { referenceNames } from "./reference_span";
 
 export class Timeline {
   readonly root = make("div", { class: "timeline", role: "region", "aria-label": "Timeline" });
@@ -34,6 +35,9 @@ export class Timeline {
   private readonly handles: Handles;
   private readonly trouble = make("div", { class: "trouble", role: "alert", hidden: true });
   private readonly legend: HTMLElement;
+  /** Of several references: which one is shown, and ranged. */
+  private readonly chooser = make("select", { class: "field chooser", "aria-label": "Reference shown", hidden: true });
+  private chosen = "";
   private layout: Layout = layoutOf(800, 300);
   private scales: Scales = { output: { from: 0, to: 1 }, input: { from: 0, to: 1 }, speed: { from: -2, to: 2 } };
   /** What of the output is in view; none: all of it, whatever its length. */
@@ -55,7 +59,8 @@ export class Timeline {
       swatch("muted", "dashed", "Linear"),
       swatch("reference", "", "In the air"),
     );
-    this.root.append(this.canvas, this.legend, this.handles.gutter, this.handles.overlay, this.trouble);
+    this.chooser.addEventListener("change", () => store.look({ reference: Number(this.chooser.value) }));
+    this.root.append(this.canvas, this.legend, this.handles.gutter, this.handles.overlay, this.chooser, this.trouble);
     this.listen();
   }
 
@@ -85,7 +90,23 @@ export class Timeline {
     const { map } = this.layout;
     this.legend.style.left = `${map.x + 8}px`;
     this.legend.style.top = `${map.y + 5}px`;
+    this.showChooser();
     this.tell();
+  }
+
+  private showChooser(): void {
+    const { store, chooser } = this;
+    const { reference } = this.layout;
+    const names = referenceNames(store);
+    const now = JSON.stringify([names, store.reference, reference]);
+    if (now === this.chosen) return;
+    this.chosen = now;
+    chooser.hidden = names.length < 2;
+    chooser.replaceChildren(...names.map((name, i) => make("option", { value: i }, name)));
+    chooser.value = String(store.reference);
+    chooser.title = `Reference shown: ${names[store.reference] ?? ""}`;
+    chooser.style.top = `${reference.y + (reference.height - 24) / 2}px`;
+    chooser.style.width = `${reference.x - 14}px`;
   }
 
   /** Show all of the output again. */
@@ -292,7 +313,13 @@ export class Timeline {
     const key = store.document?.keys.find((one) => one.id === problem.key);
     const lock = store.document?.locks.find((one) => one.id === problem.lock);
     const x = key ? outputX(layout, scales, key.output_time) : layout.map.x + 6;
-    const y = key ? inputY(layout, scales, key.input_time) : lock ? inputY(layout, scales, (lock.start + lock.end) / 2) : layout.map.y + 26;
+    const y = key
+      ? inputY(layout, scales, key.input_time)
+      : lock
+        ? inputY(layout, scales, (lock.start + lock.end) / 2)
+        : problem.reference !== null
+          ? layout.reference.y
+          : layout.map.y + 26;
     const { offsetWidth, offsetHeight } = trouble;
     const right = x + 18 + offsetWidth < layout.width - 8;
     trouble.style.left = `${Math.max(8, right ? x + 18 : x - 18 - offsetWidth)}px`;

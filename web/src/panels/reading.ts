@@ -1,0 +1,67 @@
+/** How a file is read: which axis is up, its frames a second, the skeleton of an AMC. */
+
+import { parseRate } from "../document";
+import { make, setText } from "../dom";
+import { choice, textField } from "./fields";
+import type { Dialogs } from "./dialogs";
+import { fileName } from "./top";
+
+interface Reading {
+  readonly path: string | null;
+  readonly fps: string | null;
+  readonly up: "y" | "z" | null;
+  readonly skeleton: string | null;
+}
+
+export interface ReadingFields {
+  readonly root: HTMLDetailsElement;
+  update(): void;
+}
+
+/** Fields for one file; `whose` goes before their names for those who can't see where they are. */
+export function readingFields(
+  dialogs: Dialogs,
+  whose: string,
+  file: () => Reading,
+  change: (change: Partial<Pick<Reading, "fps" | "up" | "skeleton">>) => void,
+  faulty: () => boolean,
+): ReadingFields {
+  const up = choice<"" | "y" | "z">("Up", "The vertical axis of the file", (value) => change({ up: value === "" ? null : value }));
+  up.select.setAttribute("aria-label", `${whose}: axis that is up`);
+  const fps = textField("Rate, Hz", "Frames a second: 30, 29.97 or 30000/1001. Empty: as the file says", (text) => {
+    const rate = text === "" ? null : parseRate(text);
+    if (text !== "" && rate === null) return false;
+    change({ fps: rate });
+    return true;
+  });
+  fps.input.placeholder = "as the file says";
+  fps.input.setAttribute("aria-label", `${whose}: frames a second`);
+  const skeleton = make("button", { type: "button", class: "button framed wide", title: "The ASF that says how its joints are joined" });
+  skeleton.addEventListener("click", () =>
+    dialogs.showOpen({ title: "Choose the skeleton (ASF)", holds: "skeleton", take: (path) => change({ skeleton: path }) }),
+  );
+  const skeletonRow = make("div", { class: "row" }, make("span", { class: "label" }, "Skeleton"), skeleton);
+  const said = make("span", { class: "note" });
+  const root = make("details", { class: "reading" }, make("summary", {}, "How it is read", said), up.row, fps.row, skeletonRow);
+  return {
+    root,
+    update() {
+      const { path, fps: rate, up: axis, skeleton: asf } = file();
+      up.show(
+        [
+          { value: "", text: "As the file says" },
+          { value: "y", text: "Y" },
+          { value: "z", text: "Z" },
+        ],
+        axis ?? "",
+      );
+      fps.show(rate ?? "");
+      const isAmc = /\.amc$/iu.test(path ?? "");
+      skeletonRow.hidden = !isAmc && asf === null;
+      setText(skeleton, asf === null ? "Found beside it" : fileName(asf));
+      setText(said, [axis ? `${axis.toUpperCase()} up` : "", rate ? `${rate} Hz` : "", asf ? fileName(asf) : ""].filter(Boolean).join(", "));
+      // What is wrong with a file may be mended here.
+      if (faulty()) root.open = true;
+    },
+  };
+}
