@@ -250,7 +250,7 @@ def test_files_outside_the_folders_are_neither_opened_nor_written(served, path) 
         page.revision, page.document = page.until("state")["revision"], {}
         for ask in (
             lambda: page.say("open", path=path),
-            lambda: page.say("browse", folder=path),
+            lambda: page.say("browse", folder=path, holds="clip"),
             lambda: page.say("export", what="motion", path=path, clip=0, overwrite=True),
             lambda: page.say("save", path=path.replace(".bvh", ".retime"), overwrite=True),
         ):
@@ -258,6 +258,11 @@ def test_files_outside_the_folders_are_neither_opened_nor_written(served, path) 
             notice = page.until("notice", "listing", "exported", "saved")
             assert notice["type"] == "notice"
             assert "outside the folders" in notice["text"] or "no path" in notice["text"]
+        for writing in (False, True):
+            page.say("find", path=path, writing=writing)
+            found = page.until("found")
+            assert found["place"] == ""
+            assert "outside the folders" in found["refused"] or "no path" in found["refused"]
         page.edit(clips=[{"path": path}])
         problem = page.until("problem")
         assert "outside the folders" in problem["message"] or "no path" in problem["message"]
