@@ -10,11 +10,15 @@ import os
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import retime
+from retime.project.file import read_project
+from tests.cli.figures import figure
 from tests.server.serving import serving  # noqa: F401  (says that this needs the packages that serve)
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -89,6 +93,57 @@ def test_edit_undo_die_recover_save_export(rooms, run):
     )
     assert Path(str(found["exported"])).read_bytes() == other.read_bytes()
     assert len(list(Path(rooms["shots"]).glob("*.png"))) >= 10
+
+
+def test_groups_references_channels_and_bounds(rooms):
+    folder, elsewhere = Path(rooms["folder"]), Path(rooms["folder"]).parent / "elsewhere"
+    elsewhere.mkdir()
+    first = figure()
+    made = {"first": first, "second": figure("second", swing=0.9)}
+    made |= {
+        "like_first": figure("like first", swing=0.4, seconds=3.0),
+        "like_second": figure("like second", seconds=3.0),
+    }
+    for name, motion in made.items():
+        retime.write(motion, folder / f"{name}.bvh")
+    retime.write(first, elsewhere / "away.bvh")
+    t = np.arange(121) / 30
+    wide = retime.Signal(
+        tuple(f"c{i}" for i in range(20)), np.stack([np.sin((1 + i / 7) * t) for i in range(20)], axis=1), Fraction(30)
+    )
+    retime.write(wide, folder / "wide.csv")
+    value = {"format": "retime-project", "version": 2, "document": {"clips": [{"path": str(elsewhere / "away.bvh")}]}}
+    (folder / "away.retime").write_text(json.dumps(value))
+
+    found = drive(
+        "fields.mjs",
+        120,
+        clips=["first.bvh", "second.bvh"],
+        wide="wide.csv",
+        counterpart="like_second.bvh",
+        project="away.retime",
+        elsewhere=str(elsewhere),
+        **rooms,
+    )
+    document = read_project(str(found["saved"])).document
+    assert (document.length, document.min_length, document.max_length, document.options.rate) == (
+        "75%",
+        None,
+        None,
+        "20",
+    )
+    (reference,) = document.references
+    assert [one.clip for one in reference.counterparts] == [1]
+    # What the page made is what the library makes of the same clips.
+    clips, likes = (
+        [retime.read(folder / f"{name}.bvh") for name in names]
+        for names in (("first", "second"), ("like_first", "like_second"))
+    )
+    n_frames = round(1.5 * float(likes[0].rate)) + 1
+    expected = retime.guided_warp(
+        clips, reference=retime.Reference([like.frames(0, n_frames) for like in likes]), length="75%", rate="20"
+    )
+    np.testing.assert_array_equal(retime.read_warp(str(found["warp"])).input_times, expected.warp.input_times)
 
 
 def test_curve_follows_the_hand(rooms, record_property):

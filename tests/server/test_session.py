@@ -276,20 +276,36 @@ def test_a_warning_is_told_once_and_to_who_comes_later(folder) -> None:
             assert late.until("notice")["kind"] == "warning"
 
 
+def len_of(served: Served, name: str) -> int:
+    return read(served.folder / name).n_frames
+
+
 def test_another_clip_is_sent_where_the_document_names_it(served) -> None:
     with served.ready_page() as page:
         references = [{"path": "leap.bvh"}, {"first_frame": 60, "last_frame": 180}]
         page.edit(references=references, options={"rate": "12"})
-        clips = [page.until("clip") for _ in range(3)]
+        clips = [page.until("clip") for _ in range(2)]
         assert [(clip["what"], clip["index"], clip["count"]) for clip in clips] == [
-            ("clip", 0, 1),
             ("reference", 0, 2),
             ("reference", 1, 2),
         ]
-        assert clips[2]["start_time"] == 1.0
+        assert (clips[1]["start_time"], clips[1]["n_frames"], clips[1]["n_whole"]) == (
+            1.0,
+            121,
+            len_of(served, "jump.bvh"),
+        )
         page.curve()
         why = page.until("why")
         assert (why["sources"], why["mirrored"]) == ([0, 1], [False, False])
+        # What is the same is not sent again; who comes later is told all of it, and nothing that is gone.
+        page.edit(references=[references[0], {**references[1], "last_frame": 200}])
+        page.curve()
+        assert [message["index"] for message in page.mail if message["type"] == "clip"] == [1]
+        page.edit(references=[])
+        page.curve()
+        with served.page() as late:
+            late.until("curve")
+            assert [message["what"] for message in late.mail if message["type"] == "clip"] == ["clip"]
 
 
 def test_a_dropped_file_can_be_opened(served) -> None:

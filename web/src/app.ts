@@ -236,6 +236,7 @@ export class App {
       }
       changed.add("playhead");
     }
+    if (store.problem && !store.clip) this.coverWithProblem(store.problem.message);
     this.timeline.update(changed);
     this.transport.update(changed);
     this.top.update(changed);
@@ -274,8 +275,15 @@ export class App {
   }
 
   private cover(text: string): void {
+    delete this.veil.dataset["is"];
     this.veil.replaceChildren(make("p", {}, text));
     this.veil.hidden = false;
+  }
+
+  /** A document whose clips can't be read has nothing to show; what mends it, at the top and at the side, is at hand. */
+  private coverWithProblem(text: string): void {
+    this.cover(text);
+    this.veil.dataset["is"] = "problem";
   }
 
   private say(kind: "info" | "warning" | "error", text: string): void {

@@ -68,6 +68,8 @@ export class Store {
   clips: Clip[] = [];
   references: Clip[] = [];
   kept = new Map<string, Knots>();
+  /** Of signals, by their names: the channels that a person chose to see. */
+  readonly channels = new Map<string, readonly number[]>();
   playback: PlaybackState = STILL;
   selection: Selection = null;
   /** Output time under the pointer. */

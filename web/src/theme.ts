@@ -1,5 +1,6 @@
 /** Light or dark: as the person chose, else as the system has it; and the colours that canvases need. */
 
+import type { Clip } from "./messages";
 import { recall, remember } from "./memory";
 
 export type ThemeChoice = "system" | "light" | "dark";
@@ -25,11 +26,25 @@ const NAMES = [
   "stage-line",
   "figure-input",
   "figure-output",
+  "figure-2",
+  "figure-3",
+  "figure-4",
+  "figure-5",
   "heat-low",
   "heat-high",
 ] as const;
 
 export type Palette = Record<(typeof NAMES)[number], string>;
+
+/** The figures of a group: the first has the output's colour. Told apart in either theme, and by the colour-blind. */
+export const FIGURES = ["figure-output", "figure-2", "figure-3", "figure-4", "figure-5"] as const;
+
+/** The name of a clip's colour among all clips; of a sixth figure on they repeat. None for what has no figure. */
+export function figureColor(clips: readonly Clip[], index: number): (typeof FIGURES)[number] | null {
+  if (clips[index]?.holds !== "motion") return null;
+  const before = clips.slice(0, index).filter((clip) => clip.holds === "motion").length;
+  return FIGURES[before % FIGURES.length] ?? null;
+}
 
 const STORED = "retime.theme";
 

@@ -16,11 +16,20 @@ from retime.warp.curve import Warp
 from retime.warp.reference import Reference
 
 
-def clip_messages(sources: Sources) -> list[Clip]:
-    """Draw all clips and references of a document."""
+def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]:
+    """Draw the clips and references of a document; where others were drawn before, only what differs."""
     first = sources.clips[0]
-    found = [_clip("clip", i, len(sources.clips), clip, clip, ()) for i, clip in enumerate(sources.clips)]
+    # Each says how many there are: where that changes, all are sent.
+    clips = before.clips if before is not None and len(before.clips) == len(sources.clips) else ()
+    found = [
+        _clip("clip", i, len(sources.clips), clip, clip, ())
+        for i, clip in enumerate(sources.clips)
+        if not clips or clip is not clips[i]
+    ]
+    same = before is not None and before.clips[0] is first and len(before.references) == len(sources.references)
     for i, (whole, reference) in enumerate(zip(sources.wholes, sources.references, strict=True)):
+        if before is not None and same and reference is before.references[i]:
+            continue
         clip = reference.clips[0]
         counterparts = counterparts_of(first, clip, reference)
         found.append(_clip("reference", i, len(sources.references), clip, whole, counterparts))

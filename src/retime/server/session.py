@@ -478,9 +478,11 @@ class EditorSession:
             with self._warnings_told(lambda notice: self._publish(job, {f"notice {notice.text}": notice})):
                 sources = self._solver.read(job.document)
                 if self._shown is None or self._shown != (job.first, sources):
-                    clips = clip_messages(sources)
+                    before = None if self._shown is None or self._shown[0] != job.first else self._shown[1]
+                    clips = clip_messages(sources, before)
                     self._shown = job.first, sources
-                    self._publish(job, {f"{clip.what} {clip.index}": clip for clip in clips})
+                    counts = {"clip": len(sources.clips), "reference": len(sources.references)}
+                    self._publish(job, {f"{clip.what} {clip.index}": clip for clip in clips}, counts)
                 solution = self._solver.solve(job.document)
         except (RetimeError, OSError, MemoryError) as error:
             last = self._good
@@ -516,16 +518,16 @@ class EditorSession:
                 for text in dict.fromkeys(str(warning.message) for warning in caught):
                     say(messages.Notice("warning", text))
 
-    def _publish(self, job: _Job, found: dict[str, ServerMessage]) -> None:
-        """Send to all pages, and keep for those to come."""
+    def _publish(self, job: _Job, found: dict[str, ServerMessage], counts: Mapping[str, int] | None = None) -> None:
+        """Send to all pages, and keep for those to come; of clips and references those that there are, by `counts`."""
         ready = {name: (message, write_message(message)) for name, message in found.items()}
 
         def publish() -> None:
             if job.first != self._first:
                 # Of a document that is not open any more.
                 return
-            if any(isinstance(message, messages.Clip) for message, _ in ready.values()):
-                for name in [name for name, found in self._latest.items() if isinstance(found[0], messages.Clip)]:
+            for name, (message, _) in list(self._latest.items()):
+                if counts is not None and isinstance(message, messages.Clip) and message.index >= counts[message.what]:
                     del self._latest[name]
             for name, (message, payload) in ready.items():
                 if name == "curve":

@@ -8,7 +8,7 @@ import type { Session } from "../session";
 import type { Store } from "../store";
 import type { Dialogs } from "./dialogs";
 import { readingFields, type ReadingFields } from "./reading";
-import { fileName } from "./top";
+import { dot, fileName } from "./top";
 
 interface Row {
   readonly root: HTMLElement;
@@ -50,7 +50,10 @@ export class ClipPanel {
     this.rows.forEach((row, i) => {
       const file = clips[i] as ClipFile;
       const name = this.store.clips[i]?.name ?? fileName(file.path);
-      setText(row.name, name);
+      if (row.name.dataset["shown"] !== `${name} ${this.store.clips.length}`) {
+        row.name.dataset["shown"] = `${name} ${this.store.clips.length}`;
+        row.name.replaceChildren(...[dot(this.store.clips, i), name].filter((part) => part !== null));
+      }
       row.name.title = file.path;
       row.role.value = file.role;
       row.role.setAttribute("aria-label", `Role of ${name}`);
@@ -88,6 +91,7 @@ export class ClipPanel {
       () => this.document.clips[i] as ClipFile,
       (change) => session.edit(changeClip(this.document, i, change), "change how a clip is read"),
       () => store.problem?.clip === i,
+      (path) => session.edit(changeClip(this.document, i, { path }), "choose clip"),
     );
     const root = make("div", {}, make("div", { class: "cliprow" }, name, role, remove), fault, reading.root);
     return { root, name, role, remove, reading, fault };

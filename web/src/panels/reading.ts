@@ -25,7 +25,11 @@ export function readingFields(
   file: () => Reading,
   change: (change: Partial<Pick<Reading, "fps" | "up" | "skeleton">>) => void,
   faulty: () => boolean,
+  replace?: (path: string) => void,
 ): ReadingFields {
+  const place = make("button", { type: "button", class: "button framed wide" });
+  place.addEventListener("click", () => dialogs.showOpen({ title: "Where the clip is now", holds: "clip", take: (path) => replace?.(path) }));
+  const placeRow = make("div", { class: "row", hidden: !replace }, make("span", { class: "label" }, "File"), place);
   const up = choice<"" | "y" | "z">("Up", "The vertical axis of the file", (value) => change({ up: value === "" ? null : value }));
   up.select.setAttribute("aria-label", `${whose}: axis that is up`);
   const fps = textField("Rate, Hz", "Frames a second: 30, 29.97 or 30000/1001. Empty: as the file says", (text) => {
@@ -42,11 +46,13 @@ export function readingFields(
   );
   const skeletonRow = make("div", { class: "row" }, make("span", { class: "label" }, "Skeleton"), skeleton);
   const said = make("span", { class: "note" });
-  const root = make("details", { class: "reading" }, make("summary", {}, "How it is read", said), up.row, fps.row, skeletonRow);
+  const root = make("details", { class: "reading" }, make("summary", {}, "How it is read", said), placeRow, up.row, fps.row, skeletonRow);
   return {
     root,
     update() {
       const { path, fps: rate, up: axis, skeleton: asf } = file();
+      setText(place, fileName(path ?? ""));
+      place.title = `${path ?? ""}: choose another place, where the file was moved`;
       up.show(
         [
           { value: "", text: "As the file says" },

@@ -122,11 +122,13 @@ export class ReferencePanel {
       session.edit(setReferenceFile(this.document, this.index, null), "choose reference"),
     );
     itself.classList.add("framed");
+    const sources = make("div", { class: "pair" }, choose, itself);
     updates.push(() => {
+      // The clip itself as the only one is replaced by adding another.
+      sources.hidden = this.document.references.length === 0;
       itself.hidden = this.reference.path === null;
       setText(choose, this.reference.path === null ? "A file instead…" : "Another file…");
     });
-    const sources = make("div", { class: "pair" }, choose, itself);
 
     const bound = (side: "start" | "end") => (text: string): boolean => {
       const span = referenceSpan(store);

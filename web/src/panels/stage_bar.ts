@@ -2,6 +2,7 @@
 
 import { make, setAttribute, setText } from "../dom";
 import type { Store, Topic, ViewSettings } from "../store";
+import { ChannelList } from "./channels";
 import { nearestMatch } from "../why";
 
 type Switch = "follow" | "ground" | "trails" | "onion";
@@ -10,6 +11,7 @@ export class StageBar {
   readonly root: HTMLElement;
   private readonly layouts: Record<ViewSettings["layout"], HTMLButtonElement>;
   private readonly switches: Record<Switch, HTMLButtonElement>;
+  private readonly channels: ChannelList;
   private readonly left = caption("input");
   private readonly right = caption("output");
   private readonly match = caption("reference");
@@ -45,10 +47,12 @@ export class StageBar {
     };
     const reset = make("button", { type: "button", class: "button", title: "Look from where it began" }, "Reset view");
     reset.addEventListener("click", frame);
+    this.channels = new ChannelList(store);
     this.root = make(
       "div",
       { class: "bar", role: "toolbar", "aria-label": "Stage" },
       make("span", { class: "group", role: "group", "aria-label": "Layout" }, this.layouts.side, this.layouts.over),
+      this.channels.root,
       make("span", { class: "gap" }),
       make(
         "span",
@@ -70,6 +74,7 @@ export class StageBar {
     for (const name of ["follow", "ground", "trails", "onion"] as const) {
       setAttribute(this.switches[name], "aria-pressed", String(view[name]));
     }
+    this.channels.update();
     const side = view.layout === "side";
     this.divider.hidden = !side;
     const isInput = view.companion === "input";

@@ -2,7 +2,9 @@
 
 import { make, setAttribute, setText } from "../dom";
 import { icon, type IconName } from "../icons";
+import type { Clip } from "../messages";
 import type { Store, Topic } from "../store";
+import { figureColor } from "../theme";
 
 export interface TopActions {
   undo(): void;
@@ -72,7 +74,7 @@ export class TopBar {
   /** Of a group: which clip is followed, or drawn as curves. One clip alone needs no choice. */
   private showClips(): void {
     const { clips, view, document } = this.store;
-    const name = JSON.stringify([clips.map((clip) => clip.name), view.clip, document?.clips.map((file) => file.role)]);
+    const name = JSON.stringify([clips.map((clip) => [clip.name, clip.holds]), view.clip, document?.clips.map((file) => file.role)]);
     if (name === this.shown) return;
     this.shown = name;
     this.clips.hidden = clips.length < 2;
@@ -82,6 +84,7 @@ export class TopBar {
         const made = make(
           "button",
           { type: "button", class: "button", "aria-pressed": String(view.clip === i), title: `${clip.name}${role}` },
+          dot(clips, i),
           clip.name,
         );
         made.addEventListener("click", () => this.store.look({ clip: i }));
@@ -89,6 +92,15 @@ export class TopBar {
       }),
     );
   }
+}
+
+/** The colour of a clip's figure; nothing for one alone, or where there is no figure. */
+export function dot(clips: readonly Clip[], index: number): HTMLElement | null {
+  const color = clips.length > 1 ? figureColor(clips, index) : null;
+  if (!color) return null;
+  const made = make("i", { class: "dot", "aria-hidden": true });
+  made.style.background = `var(--${color})`;
+  return made;
 }
 
 export function fileName(path: string): string {

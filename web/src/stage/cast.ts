@@ -29,12 +29,15 @@ export class Cast {
     readonly clip: Clip,
     private readonly scene: THREE.Scene,
     private readonly palette: Palette,
+    /** Of a group: the colour that its figures have; both sides of one alone have the theme's. */
+    private readonly own: string | null = null,
   ) {
     this.height = heightOf(clip);
     this.level = groundOf(clip);
-    this.output = new Figure(clip, this.height, { color: palette["figure-output"], opacity: 1 });
+    this.output = new Figure(clip, this.height, { color: own ?? palette["figure-output"], opacity: 1 });
     this.companion = new Figure(clip, this.height, { color: palette["figure-input"], opacity: 1 });
-    const color = new THREE.Color(palette.output);
+    this.paintCompanion(palette["figure-input"]);
+    const color = new THREE.Color(own ?? palette.output);
     this.trails = new Trails(clip, trailNodes(clip), this.height, color);
     this.onion = new OnionSkins(clip, color);
     this.shadows = [new Shadow(this.height, this.level), new Shadow(this.height, this.level)];
@@ -54,9 +57,11 @@ export class Cast {
     }
   }
 
-  /** Colour the companion: the input's grey, or another warp's colour. */
+  /** Colour the companion: the input's grey, or another warp's colour; in a group with half of its own in it. */
   paintCompanion(color: string): void {
-    this.companion.paint(color);
+    const mixed = new THREE.Color(color);
+    if (this.own) mixed.lerp(new THREE.Color(this.own), 0.5);
+    this.companion.paint(`#${mixed.getHexString()}`);
   }
 
   pose(outputInput: number, companionInput: number): void {

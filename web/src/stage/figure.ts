@@ -57,9 +57,12 @@ export class Figure {
   /** Colour it; the left side lighter and the right side darker, so that the two can be told apart. */
   paint(color: string): void {
     const plain = new THREE.Color(color);
+    // Dark colours get little white: with more of it they would be another's.
+    const luminance = 0.2126 * plain.r + 0.7152 * plain.g + 0.0722 * plain.b;
+    const white = 0.13 * Math.min(1, 0.15 + luminance / 0.2);
     const shades = {
       "": plain,
-      left: plain.clone().lerp(new THREE.Color(0xffffff), 0.13),
+      left: plain.clone().lerp(new THREE.Color(0xffffff), white),
       right: plain.clone().lerp(new THREE.Color(0x000000), 0.26),
     };
     const sides = sidesOf(this.clip.names);

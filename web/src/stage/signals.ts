@@ -6,41 +6,61 @@ import type { Store } from "../store";
 import type { Theme } from "../theme";
 import { at, inputAt, outputEnd, outputStart, type Knots } from "../warp";
 
-const MOST_ROWS = 8;
-const TOP = 44;
-const BOTTOM = 30;
+/** Channels shown at first; any others can be chosen. */
+export const FIRST_CHANNELS = 8;
+const LEAST_ROW = 34;
 const LEFT = 90;
+
+/** The channels of a clip that are shown. */
+export function shownChannels(store: Store, clip: Clip): readonly number[] {
+  const chosen = store.channels.get(clip.name);
+  return chosen ? chosen.filter((channel) => channel < clip.names.length) : clip.names.map((_, i) => i).slice(0, FIRST_CHANNELS);
+}
 
 export class SignalView {
   private readonly canvas = document.createElement("canvas");
+  /** As high as all rows; the canvas stays in view and shows those that it passes. */
+  private readonly rows = document.createElement("div");
+  private readonly view = document.createElement("div");
 
   constructor(
-    private readonly root: HTMLElement,
+    root: HTMLElement,
     private readonly store: Store,
     private readonly theme: Theme,
   ) {
     this.canvas.setAttribute("role", "img");
-    this.canvas.hidden = true;
-    root.prepend(this.canvas);
+    this.view.className = "signals";
+    this.view.tabIndex = 0;
+    this.view.setAttribute("role", "group");
+    this.view.setAttribute("aria-label", "Channels");
+    this.view.hidden = true;
+    this.rows.append(this.canvas);
+    this.view.append(this.rows);
+    this.view.addEventListener("scroll", () => store.touch("view"));
+    root.prepend(this.view);
   }
 
   show(clip: Clip | null): void {
-    this.canvas.hidden = clip === null;
+    this.view.hidden = clip === null;
     if (!clip) return;
     const { knots, playback, view, companionKnots } = this.store;
     this.canvas.setAttribute("aria-label", `Stage: the channels of ${clip.name} as curves`);
-    const width = this.root.clientWidth;
-    const height = this.root.clientHeight;
+    const channels = shownChannels(this.store, clip);
+    const height = this.view.clientHeight;
+    const rowHeight = Math.max(LEAST_ROW, height / Math.max(channels.length, 1));
+    this.rows.style.height = `${Math.floor(rowHeight * channels.length)}px`;
+    const width = this.view.clientWidth;
+    this.canvas.style.width = `${width}px`;
+    this.canvas.style.height = `${height}px`;
     const scale = devicePixelRatio;
-    this.canvas.width = Math.round(width * scale);
-    this.canvas.height = Math.round(height * scale);
+    const [w, h] = [Math.round(width * scale), Math.round(height * scale)];
+    if (this.canvas.width !== w) this.canvas.width = w;
+    if (this.canvas.height !== h) this.canvas.height = h;
     const pen = this.canvas.getContext("2d");
     if (!pen || !knots) return;
     pen.setTransform(scale, 0, 0, scale, 0, 0);
     pen.clearRect(0, 0, width, height);
     pen.font = '11px system-ui, "DejaVu Sans", sans-serif';
-    const rows = Math.min(clip.names.length, MOST_ROWS);
-    const rowHeight = (height - TOP - BOTTOM) / Math.max(rows, 1);
     const side = view.layout === "side";
     const columns = side ? 2 : 1;
     // The left column ends where the stage's halves meet.
@@ -51,12 +71,15 @@ export class SignalView {
     const companion = companionKnots ?? identity;
     const longest = Math.max(outputEnd(knots), outputEnd(companion));
     const { palette } = this.theme;
-    for (let row = 0; row < rows; row++) {
-      const [low, high] = range(clip, row);
-      const y = TOP + row * rowHeight;
+    const first = Math.floor(this.view.scrollTop / rowHeight);
+    const last = Math.min(channels.length, Math.ceil((this.view.scrollTop + height) / rowHeight));
+    for (let row = first; row < last; row++) {
+      const channel = channels[row] as number;
+      const [low, high] = range(clip, channel);
+      const y = row * rowHeight - this.view.scrollTop;
       pen.fillStyle = palette.muted;
       pen.textBaseline = "middle";
-      pen.fillText(fitted(pen, clip.names[row] ?? "", LEFT - 14), 10, y + rowHeight / 2);
+      pen.fillText(fitted(pen, clip.names[channel] ?? "", LEFT - 14), 10, y + rowHeight / 2);
       const draw = (warp: Knots, left: number, color: string, wide: number): void => {
         pen.strokeStyle = color;
         pen.lineWidth = wide;
@@ -65,7 +88,7 @@ export class SignalView {
         const end = outputEnd(warp);
         const pixels = Math.max(2, Math.round(((end - start) / longest) * columnWidth));
         for (let i = 0; i <= pixels; i++) {
-          const value = valueAt(clip, row, inputAt(warp, start + ((end - start) * i) / pixels));
+          const value = valueAt(clip, channel, inputAt(warp, start + ((end - start) * i) / pixels));
           const px = left + ((start + ((end - start) * i) / pixels) / longest) * columnWidth;
           const py = y + 5 + (rowHeight - 10) * (1 - (value - low) / (high - low));
           if (i === 0) pen.moveTo(px, py);
@@ -82,14 +105,10 @@ export class SignalView {
     }
     const rule = (time: number, left: number): void => {
       pen.fillStyle = palette.playhead;
-      pen.fillRect(Math.round(left + clamp(time / longest, 0, 1) * columnWidth), TOP, 1, height - TOP - BOTTOM);
+      pen.fillRect(Math.round(left + clamp(time / longest, 0, 1) * columnWidth), 0, 1, height);
     };
     rule(companionKnots ? playback.outputTime : playback.inputTime, LEFT);
     rule(this.store.lookedAt, leftOf(side ? 1 : 0));
-    if (clip.names.length > rows) {
-      pen.fillStyle = palette.muted;
-      pen.fillText(`${rows} of ${clip.names.length} channels`, LEFT, TOP - 8);
-    }
   }
 }
 

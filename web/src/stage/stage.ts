@@ -3,8 +3,9 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { clamp } from "../scale";
+import type { Clip } from "../messages";
 import type { Store, Topic } from "../store";
-import type { Theme } from "../theme";
+import { figureColor, type Theme } from "../theme";
 import { at, inputAt, outputEnd, outputStart } from "../warp";
 import { nearestMatch } from "../why";
 import { Cast, COMPANION, OUTPUT } from "./cast";
@@ -30,6 +31,7 @@ export class Stage {
   private readonly controls: OrbitControls | null = null;
   private readonly signals: SignalView;
   private casts: Cast[] = [];
+  private shown: readonly Clip[] = [];
   private ground: Ground | null = null;
   private stale = true;
 
@@ -64,7 +66,13 @@ export class Stage {
   }
 
   update(changed: Set<Topic>): void {
-    if (changed.has("clips") || changed.has("theme")) this.cast(changed.has("clips"));
+    const { clips } = this.store;
+    // References come as clips too, and are none of the cast.
+    const renewed = changed.has("clips") && (clips.length !== this.shown.length || clips.some((one, i) => one !== this.shown[i]));
+    if (renewed || changed.has("theme")) {
+      this.shown = [...clips];
+      this.cast(renewed);
+    }
     const clip = this.store.clips[this.store.view.clip] ?? this.store.clip;
     const isSignal = clip?.holds === "signal";
     this.signals.show(isSignal ? clip : null);
@@ -114,9 +122,13 @@ export class Stage {
     for (const cast of this.casts) cast.dispose();
     this.ground?.dispose();
     this.ground = null;
-    this.casts = this.store.clips
-      .filter((clip) => clip.holds === "motion" && clip.n_nodes > 0)
-      .map((clip) => new Cast(clip, this.scene, this.theme.palette));
+    const { clips } = this.store;
+    const { palette } = this.theme;
+    this.companionColor = "";
+    this.casts = clips.flatMap((clip, i) => {
+      const color = clips.length > 1 ? figureColor(clips, i) : null;
+      return clip.holds === "motion" && clip.n_nodes > 0 ? [new Cast(clip, this.scene, palette, color && palette[color])] : [];
+    });
     const [first] = this.casts;
     if (!first) return;
     const travel = this.travel();

@@ -1,0 +1,107 @@
+// What the page edits beside keys, in a real browser: groups and their references, channels, bounds, and what is refused.
+//
+//     node fields.mjs '{"python": …, "clips": […], "wide": …, "counterpart": …, "project": …, "folder": …, "state": …, "shots": …}'
+//
+// Prints one JSON object: the document that it made, for the test to compare with the library's.
+
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { Editor, launch, serve, until } from "./editor.mjs";
+
+const { python, clips, wide, counterpart, project, elsewhere, folder, state, shots } = JSON.parse(process.argv[2]);
+const begin = (...names) => serve([python, "-m", "retime.cli.main", "edit", ...names, "--no-browser"], folder, { XDG_STATE_HOME: state });
+
+const browser = await launch();
+let server = await begin(...clips, wide);
+try {
+  const editor = await Editor.open(browser, server.address, { dark: true });
+  const { page } = editor;
+  const shot = (name) => page.screenshot({ path: join(shots, `${name}.png`) });
+  await page.getByRole("button", { name: "Got it" }).click();
+
+  // Each figure of the group has a colour of its own, named by its tab; a signal has none.
+  const tabs = page.getByRole("group", { name: "Clips" });
+  const colours = await tabs.locator(".dot").evaluateAll((dots) => dots.map((dot) => getComputedStyle(dot).backgroundColor));
+  assert.equal(new Set(colours).size, 2);
+  await shot("group");
+
+  // Of a signal with many channels any can be seen.
+  await tabs.getByRole("button", { name: "wide" }).click();
+  await page.getByText("8 of 20 channels").click();
+  await page.getByRole("button", { name: "None", exact: true }).click();
+  await page.getByText("0 of 20 channels").waitFor();
+  const listed = page.getByRole("group", { name: "Channels shown" });
+  for (const name of ["c17", "c3"]) await listed.getByLabel(name, { exact: true }).check();
+  await page.getByText("2 of 20 channels").waitFor();
+  await shot("channels");
+  await page.getByRole("button", { name: "All", exact: true }).click();
+  const rows = page.locator(".signals");
+  await until(() => rows.evaluate((view) => view.scrollHeight > view.clientHeight), true);
+  await page.keyboard.press("Escape");
+  await until(() => listed.isVisible(), false);
+  const drawn = () => rows.locator("canvas").evaluate((canvas) => canvas.toDataURL());
+  const above = await drawn();
+  await rows.evaluate((view) => (view.scrollTop = view.scrollHeight));
+  await editor.frames(4);
+  assert.notEqual(await drawn(), above);
+
+  // A free length and its bounds; a value that can't be is told beside its field.
+  assert.equal(await page.getByLabel("At least", { exact: true }).isVisible(), false);
+  await editor.setField("Length", "free");
+  await editor.setField("At most", "90%");
+  await editor.setField("At least", "2s");
+  await editor.setField("Analysis rate", "20");
+  const bounded = page.getByLabel("At most", { exact: true });
+  await bounded.fill("1s");
+  await bounded.press("Enter");
+  await page.locator(".row .refused").filter({ hasText: "the least length, 2s, is more than the most, 1s" }).waitFor();
+  assert.equal(await bounded.getAttribute("aria-invalid"), "true");
+  await shot("fault");
+  await bounded.blur();
+  await editor.answered(() => page.keyboard.press("Control+z"));
+  await until(() => bounded.getAttribute("aria-invalid"), null);
+  // Bounds go with the free length.
+  await editor.setField("Length", "75%");
+  assert.equal(await bounded.isVisible(), false);
+
+  // Both are searched: a file that is imitated needs a counterpart for the second.
+  await editor.answered(() => page.getByLabel("Role of second").selectOption("search"));
+  await page.getByRole("button", { name: "File…", exact: true }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "like_first.bvh" }).click();
+  await page.locator(".details .refused").filter({ hasText: "needs a counterpart for each" }).waitFor();
+  await page.getByRole("button", { name: "What second is to move like: choose a file" }).click();
+  await editor.answered(() => page.getByRole("dialog").getByRole("button", { name: counterpart }).click());
+  await editor.setField("Reference to", "1.5");
+  await shot("group_reference");
+
+  const saved = join(folder, "group.retime");
+  await page.keyboard.press("Control+s");
+  await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(saved);
+  await page.getByRole("button", { name: "Write", exact: true }).click();
+  await page.getByText(`Saved ${saved}`).waitFor();
+  await page.keyboard.press("Control+e");
+  await page.getByRole("dialog").getByLabel("What", { exact: true }).selectOption("warp");
+  const warp = join(folder, "group_warp.json");
+  await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(warp);
+  await page.getByRole("button", { name: "Write", exact: true }).click();
+  await page.getByText(`Wrote ${warp}`).waitFor({ timeout: 60_000 });
+  assert.deepEqual(editor.errors, []);
+  server.process.kill("SIGINT");
+  await server.ended;
+
+  // A project whose clip lies elsewhere: the page says what to type, and the clip can be looked for where it may be used.
+  server = await begin("--project", project);
+  const other = new Editor(await (await browser.newContext({ viewport: { width: 1280, height: 720 } })).newPage());
+  await other.page.goto(server.address);
+  await other.page.locator(".veil").filter({ hasText: `type: retime edit --project ${project} --folder ${elsewhere}` }).waitFor();
+  await other.page.screenshot({ path: join(shots, "elsewhere.png") });
+  await other.page.getByRole("button", { name: "away.bvh" }).click();
+  await other.page.getByRole("dialog").getByRole("button", { name: "first.bvh", exact: true }).click();
+  await other.ready();
+  await other.page.getByRole("button", { name: "Undo choose clip" }).waitFor();
+  assert.deepEqual(other.errors, []);
+  console.log(JSON.stringify({ saved, warp }));
+} finally {
+  await browser.close();
+  server.process.kill("SIGKILL");
+}
