@@ -307,8 +307,9 @@ export class Timeline {
   private tell(): void {
     const { store, trouble, layout, scales } = this;
     const { problem } = store;
-    trouble.hidden = problem === null;
-    if (!problem) return;
+    // Without a clip there is nothing to point at; what lies over all of it says it.
+    trouble.hidden = problem === null || store.clip === null;
+    if (!problem || trouble.hidden) return;
     setText(trouble, problem.message);
     const key = store.document?.keys.find((one) => one.id === problem.key);
     const lock = store.document?.locks.find((one) => one.id === problem.lock);
