@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import struct
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from retime.server import guard as guards
+from retime.server.app import listen
 from retime.server.guard import HEADERS
 from tests.server.serving import Served, make_clips, serving
 
@@ -224,6 +226,25 @@ def test_other_methods_do_nothing(served, method) -> None:
 def test_it_listens_on_the_loopback_address_alone(served) -> None:
     (listener,) = served.server.servers[0].sockets
     assert listener.getsockname()[0] == "127.0.0.1"
+
+
+def test_small_answers_are_not_held_back() -> None:
+    # With Nagle's algorithm on, a curve waits up to 40 ms for the browser's delayed acknowledgement of the one before.
+    async def accepted_without_delay() -> int:
+        found: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+
+        async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            found.set_result(writer.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+            writer.close()
+
+        with listen(0) as listener:
+            async with await asyncio.start_server(answer, sock=listener):
+                _, writer = await asyncio.open_connection(*listener.getsockname())
+                answered = await asyncio.wait_for(found, 10)
+                writer.close()
+                return answered
+
+    assert asyncio.run(accepted_without_delay()) != 0
 
 
 @pytest.mark.parametrize(
