@@ -1,5 +1,8 @@
 /**
- * Changes on their way to the server: in order, at most one a frame and one unanswered; of a drag the newest one wins.
+ * Changes on their way to the server: in order, one unanswered at most; of a drag the newest one wins.
+ *
+ * A change goes at once: to wait for a frame would show it a frame later. Only those that follow each other faster than
+ * anyone can see wait for the next frame, as those of a mouse that reports a thousand times a second do.
  */
 
 export interface Change<T> {
@@ -13,15 +16,20 @@ export interface Change<T> {
 /** Runs a callback once, at the next animation frame. */
 export type AtNextFrame = (callback: () => void) => void;
 
+/** Half a frame: of what comes faster, every other position would be found for nothing. */
+const SPACING_MS = 8;
+
 export class Gate<T> {
   private waiting: Change<T>[] = [];
   private unanswered: Change<T> | null = null;
   private asked = false;
+  private sent = -Infinity;
 
   /** `send` says whether it could; a change that could not be sent keeps its place. */
   constructor(
     private readonly send: (change: Change<T>) => boolean,
     private readonly atNextFrame: AtNextFrame,
+    private readonly now: () => number = () => performance.now(),
   ) {}
 
   /** Whether a change waits or has no answer yet. */
@@ -56,13 +64,19 @@ export class Gate<T> {
 
   private ask(): void {
     if (this.asked || this.unanswered || this.waiting.length === 0) return;
+    if (this.now() - this.sent >= SPACING_MS) return this.sendNext();
     this.asked = true;
     this.atNextFrame(() => {
       this.asked = false;
-      const next = this.waiting[0];
-      if (!next || this.unanswered || !this.send(next)) return;
-      this.waiting.shift();
-      this.unanswered = next;
+      this.sendNext();
     });
+  }
+
+  private sendNext(): void {
+    const next = this.waiting[0];
+    if (!next || this.unanswered || !this.send(next)) return;
+    this.waiting.shift();
+    this.unanswered = next;
+    this.sent = this.now();
   }
 }

@@ -46,8 +46,6 @@ export interface SessionEvents {
   renewed(): void;
 }
 
-// A solve that takes longer does not hold newer positions back: they reach the journal, and the solver takes the newest.
-const PATIENCE_MS = 25;
 // Writing an edit down takes the server milliseconds; one that is in doubt for as long as this was refused.
 const DOUBT_MS = 1500;
 
@@ -56,14 +54,9 @@ export class Session implements LinkEvents {
   private readonly gate: Gate<Command>;
   /** Of the document as the page last sent it or was told. */
   private revision = 0;
-  private inFlight: {
-    revision: number;
-    sent: number;
-    acknowledged: boolean;
-    /** The server told of an older state after this was sent: because it refused it, or because it had saved. */
-    doubted: boolean;
-  } | null = null;
-  private patience: ReturnType<typeof setTimeout> | undefined;
+  /** What has no answer yet, neither that it is safe nor its curve. */
+  private inFlight: { readonly revision: number; readonly sent: number } | null = null;
+  private doubt: ReturnType<typeof setTimeout> | undefined;
   private gestures = 0;
   /** Moves whose curve has not come, and those whose curve came: for the measurement. */
   private unansweredMoves: { revision: number; moves: readonly number[] }[] = [];
@@ -165,23 +158,30 @@ export class Session implements LinkEvents {
         this.store.state = message;
         // Another window was faster, or another document was opened: what the page meant is void.
         if (message.revision > this.revision) this.forget();
-        const sent = this.inFlight;
-        if (sent && message.revision < sent.revision) {
-          sent.doubted = true;
+        if (message.revision < this.revision) {
+          // Of a moment before the last change. Where nothing was heard of that one yet, it may have been refused.
+          const sent = this.inFlight;
+          clearTimeout(this.doubt);
+          if (sent) {
+            const refused = (): void => {
+              if (this.inFlight === sent) this.takeBack();
+            };
+            this.doubt = setTimeout(refused, sent.sent + DOUBT_MS - performance.now());
+          }
           this.store.touch("status");
           break;
         }
-        if (sent) sent.acknowledged = true;
         this.revision = message.revision;
         if (message.recovered && !before?.recovered) this.events.recovered();
         if (before && before.opened !== message.opened) this.renew();
         // While later changes wait, the page shows those; the answer to an earlier one would jump back.
         if (!this.gate.waits) this.store.document = message.document;
         this.store.touch("document", "status");
+        this.answer(message.revision);
         break;
       }
       case "ack":
-        if (this.inFlight && message.revision >= this.inFlight.revision) this.inFlight.acknowledged = true;
+        this.answer(message.revision);
         break;
       case "problem":
         this.store.problem = message;
@@ -247,7 +247,7 @@ export class Session implements LinkEvents {
 
   private forget(): void {
     this.gate.reset();
-    clearTimeout(this.patience);
+    clearTimeout(this.doubt);
     this.inFlight = null;
     this.unansweredMoves = [];
   }
@@ -255,9 +255,16 @@ export class Session implements LinkEvents {
   private settle(revision: number): void {
     this.answeredMoves.push(...this.unansweredMoves.filter((one) => one.revision <= revision).flatMap((one) => one.moves));
     this.unansweredMoves = this.unansweredMoves.filter((one) => one.revision > revision);
+    this.answer(revision);
+  }
+
+  /**
+   * Let the next change go. It need not wait for the curve: what has begun is not to be stopped, and of the positions
+   * that wait for the solver it takes the newest.
+   */
+  private answer(revision: number): void {
     if (!this.inFlight || revision < this.inFlight.revision) return;
     this.inFlight = null;
-    clearTimeout(this.patience);
     this.gate.answered();
   }
 
@@ -265,22 +272,9 @@ export class Session implements LinkEvents {
     if (!this.link) return false;
     const revision = ++this.revision;
     this.unansweredMoves.push({ revision, moves });
-    this.inFlight = { revision, sent: performance.now(), acknowledged: false, doubted: false };
+    this.inFlight = { revision, sent: performance.now() };
     this.say({ ...command, revision });
-    this.awaitAnswer(revision);
     return true;
-  }
-
-  /** Let newer positions go where the answer takes long but the change is safe. */
-  private awaitAnswer(revision: number): void {
-    clearTimeout(this.patience);
-    this.patience = setTimeout(() => {
-      const sent = this.inFlight;
-      if (sent?.revision !== revision) return;
-      if (sent.acknowledged) this.gate.answered();
-      else if (sent.doubted && performance.now() - sent.sent > DOUBT_MS) this.takeBack();
-      else this.awaitAnswer(revision);
-    }, PATIENCE_MS);
   }
 
   /** The server refused a change: what it told last is what holds. */

@@ -1,8 +1,9 @@
 import { describe, expect, it } from "vitest";
 import { Gate } from "../src/gate";
 
-/** A gate whose frames pass when the test says so. */
+/** A gate whose frames pass, and whose time passes, when the test says so. */
 function made(canSend = (): boolean => true) {
+  const clock = { now: 1000 };
   const frames: (() => void)[] = [];
   const sent: { value: string; moves: readonly number[] }[] = [];
   const gate = new Gate<string>(
@@ -12,31 +13,43 @@ function made(canSend = (): boolean => true) {
       return true;
     },
     (callback) => frames.push(callback),
+    () => clock.now,
   );
-  const frame = (): void => frames.splice(0).forEach((callback) => callback());
-  return { gate, sent, frame, frames };
+  const frame = (): void => {
+    clock.now += 16;
+    frames.splice(0).forEach((callback) => callback());
+  };
+  return { gate, sent, frame, frames, clock };
 }
 
 describe("changes on their way", () => {
-  it("go at the next frame, the newest of a gesture only", () => {
-    const { gate, sent, frame } = made();
+  it("go at once", () => {
+    const { gate, sent } = made();
     gate.offer("a", "drag", 1);
-    gate.offer("b", "drag", 2);
-    expect(sent).toEqual([]);
-    frame();
-    expect(sent).toEqual([{ value: "b", moves: [1, 2] }]);
+    expect(sent).toEqual([{ value: "a", moves: [1] }]);
   });
 
-  it("are never two unanswered", () => {
-    const { gate, sent, frame } = made();
+  it("that follow each other too fast go at the next frame, the newest of a gesture only", () => {
+    const { gate, sent, frame, clock } = made();
     gate.offer("a", "drag", 1);
+    gate.answered();
+    clock.now += 2;
+    gate.offer("b", "drag", 2);
+    gate.offer("c", "drag", 3);
+    expect(sent.map((one) => one.value)).toEqual(["a"]);
     frame();
+    expect(sent.at(-1)).toEqual({ value: "c", moves: [2, 3] });
+  });
+
+  it("are never two unanswered; the newest goes with the answer", () => {
+    const { gate, sent, frame, clock } = made();
+    gate.offer("a", "drag", 1);
     gate.offer("b", "drag", 2);
     gate.offer("c", "drag", 3);
     frame();
     expect(sent.map((one) => one.value)).toEqual(["a"]);
+    clock.now += 20;
     gate.answered();
-    frame();
     expect(sent.map((one) => one.value)).toEqual(["a", "c"]);
   });
 
@@ -46,15 +59,18 @@ describe("changes on their way", () => {
     gate.offer("b", "second", 2);
     gate.offer("c", "third", 3);
     for (let i = 0; i < 3; i++) {
-      frame();
       gate.answered();
+      frame();
     }
+    gate.answered();
     expect(sent.map((one) => one.value)).toEqual(["a", "b", "c"]);
     expect(gate.busy).toBe(false);
   });
 
   it("ask for one frame, however many come", () => {
     const { gate, frames } = made();
+    gate.offer("first", "drag", 0);
+    gate.answered();
     for (let i = 0; i < 9; i++) gate.offer(String(i), "drag", i);
     expect(frames).toHaveLength(1);
   });

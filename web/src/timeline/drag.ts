@@ -12,6 +12,9 @@ export interface Drag {
 // A hand that clicks trembles.
 const SLACK = 3;
 
+// Told as soon as the hand moves; plain moves wait for the next frame. Safari, and pages from elsewhere, have only those.
+const MOVED = "onpointerrawupdate" in window ? "pointerrawupdate" : "pointermove";
+
 /** Begin drags on an element; `begin` returns null where there is nothing to drag. */
 export function draggable(element: HTMLElement, begin: (event: PointerEvent) => Drag | null): void {
   element.addEventListener("pointerdown", (down) => {
@@ -29,9 +32,9 @@ export function draggable(element: HTMLElement, begin: (event: PointerEvent) => 
     };
     const { signal } = over;
     element.addEventListener(
-      "pointermove",
+      MOVED,
       (event) => {
-        if (event.pointerId !== down.pointerId) return;
+        if (!(event instanceof PointerEvent) || event.pointerId !== down.pointerId) return;
         const dx = event.clientX - down.clientX;
         const dy = event.clientY - down.clientY;
         if (!moved && Math.hypot(dx, dy) < SLACK) return;
