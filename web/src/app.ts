@@ -27,6 +27,9 @@ export interface AppOptions {
 
 const HINT_SEEN = "retime.hint";
 
+/** While something is dragged, milliseconds that pass at least before the panels show other numbers. */
+const PANELS_MS = 120;
+
 export class App {
   readonly store: Store;
   readonly session: Session;
@@ -47,6 +50,10 @@ export class App {
   private readonly ends = new AbortController();
   private awake = false;
   private before = 0;
+  /** What the panels have not shown yet, when they showed anything last, and when they will. */
+  private readonly unshown = new Set<Topic>();
+  private shownAt = 0;
+  private showing: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly root: HTMLElement,
@@ -238,13 +245,21 @@ export class App {
     }
     if (store.problem && !store.clip) this.coverWithProblem(store.problem.message);
     this.timeline.update(changed);
-    this.transport.update(changed);
-    this.top.update(changed);
-    this.stageBar.update(changed);
-    this.inspector.update(changed);
-    this.why.update(changed);
-    this.stage.update(changed);
     if (changed.has("curve")) this.tellMeasure();
+    this.stage.update(changed);
+    for (const topic of changed) this.unshown.add(topic);
+    if (!store.dragging) this.showPanels();
+    // Who drags looks at the curve: it is painted first, and the numbers follow when there is time.
+    else this.showing ??= setTimeout(() => this.showPanels(), Math.max(0, this.shownAt + PANELS_MS - performance.now()));
+  }
+
+  private showPanels(): void {
+    clearTimeout(this.showing);
+    this.showing = undefined;
+    const changed = new Set(this.unshown);
+    this.unshown.clear();
+    for (const panel of [this.transport, this.top, this.stageBar, this.inspector, this.why]) panel.update(changed);
+    this.shownAt = performance.now();
   }
 
   /** How long people waited for this curve, from their hand to the screen; for the measurement in the tests. */

@@ -43,6 +43,7 @@ export function textField(label: string, hint: string, commit: (text: string) =>
     row: make("div", { class: "row" }, make("label", { for: id }, label), input, trouble),
     input,
     show(text) {
+      if (text === shown && input.value === text) return;
       shown = text;
       if (document.activeElement === input) return;
       refused = false;
@@ -82,10 +83,12 @@ export function slider(
     row: make("div", { class: "row" }, make("label", { for: id }, label), make("span", { class: "pair" }, input, said)),
     input,
     show(value, text) {
-      input.value = String(value);
-      input.style.setProperty("--share", `${(100 * (value - bounds.min)) / (bounds.max - bounds.min)}%`);
+      const now = String(value);
+      if (input.value !== now) input.value = now;
+      const share = `${(100 * (value - bounds.min)) / (bounds.max - bounds.min)}%`;
+      if (input.style.getPropertyValue("--share") !== share) input.style.setProperty("--share", share);
       setAttribute(input, "aria-valuetext", text);
-      said.textContent = text;
+      setText(said, text);
     },
   };
 }

@@ -82,10 +82,11 @@ export class Stage {
       if (changed.has(topic)) this.stale = true;
     }
     if (!this.stale) return;
-    const wait = this.slow && this.store.dragging ? this.drawn + SLOW_MS - performance.now() : 0;
+    const { renderer } = this;
     clearTimeout(this.later);
-    if (wait > 0) this.later = setTimeout(() => this.store.touch("size"), wait);
-    else this.draw(this.renderer);
+    if (!this.slow || !this.store.dragging) return this.draw(renderer);
+    // Never in the frame that paints a curve.
+    this.later = setTimeout(() => this.draw(renderer), Math.max(0, this.drawn + SLOW_MS - performance.now()));
   }
 
   /** Look at all of the figures again, from where the camera stood at first. */

@@ -6,10 +6,13 @@ import type { Palette } from "../theme";
 import { at, inputAt, outputAt, outputEnd, outputStart, pieceAt, type Knots } from "../warp";
 import { matchesAt, rowAt } from "../why";
 import { inputY, outputX, speedY, type Box, type Layout, type Scales } from "./layout";
+import { ThinLine } from "./line";
 import { referenceNames, referenceSpan } from "./reference_span";
 
 export const FONT = '11px system-ui, "Segoe UI", "Noto Sans", "DejaVu Sans", sans-serif';
 const SPEED_TICKS = [1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
+/** Pixels. */
+const NARROW = 2;
 const SPEED_NAMES = new Map([
   [1 / 8, "⅛×"],
   [1 / 4, "¼×"],
@@ -25,27 +28,34 @@ export class Painter {
     private readonly palette: Palette,
   ) {}
 
-  paint(): void {
+  /** What stays while a curve changes: axes, scores, the reference. */
+  backdrop(): void {
     const { pen, layout, palette } = this;
-    pen.clearRect(0, 0, layout.width, layout.height);
     pen.font = FONT;
     pen.textBaseline = "middle";
+    pen.fillStyle = palette.surface;
+    pen.fillRect(0, 0, layout.width, layout.height);
     pen.fillStyle = palette.panel;
     pen.fillRect(0, 0, layout.width, layout.ruler.height);
     pen.fillRect(0, 0, layout.map.x, layout.height);
     this.ruler();
     this.gutter();
     this.speedAxis();
+    if (this.store.knots) this.heat();
+    this.reference();
+    this.frames();
+  }
+
+  /** All the rest, over it. */
+  foreground(): void {
     const knots = this.store.knots;
     if (knots) {
       this.flights(knots);
       this.locks(knots);
       this.mapCurves(knots);
       this.speedCurve();
-      this.heat();
     }
-    this.reference();
-    this.frames();
+    this.matches();
     this.markers();
   }
 
@@ -174,14 +184,15 @@ export class Painter {
     const to = Math.min(scales.output.to, outputEnd(knots));
     const first = pieceAt(knots.outputTimes, from);
     const last = pieceAt(knots.outputTimes, to) + 1;
-    const put = (time: number, value: number): void =>
-      pen.lineTo(outputX(layout, scales, time), inputY(layout, scales, value));
+    const line = new ThinLine(pen);
+    const put = (time: number, value: number): void => line.to(outputX(layout, scales, time), inputY(layout, scales, value));
     if (last - first <= 2 * layout.map.width) {
       for (let i = first; i <= last; i++) put(at(knots.outputTimes, i), at(knots.inputTimes, i));
     } else {
       const n = Math.ceil(layout.map.width);
       for (let i = 0; i <= n; i++) put(from + ((to - from) * i) / n, inputAt(knots, from + ((to - from) * i) / n));
     }
+    line.end();
     pen.stroke();
     pen.setLineDash([]);
   }
@@ -210,11 +221,16 @@ export class Painter {
       const from = Math.max(0, pieceAt(times, scales.output.from));
       const to = Math.min(n, pieceAt(times, scales.output.to) + 2);
       const every = Math.max(1, Math.floor((to - from) / (2 * layout.map.width)));
+      const line = new ThinLine(pen);
       for (let i = from; i < to; i += every) {
         const y = speedY(layout, scales, speedOf(i));
-        pen.lineTo(outputX(layout, scales, at(times, i)), y);
-        if (i + 1 < times.length) pen.lineTo(outputX(layout, scales, at(times, Math.min(i + every, times.length - 1))), y);
+        const left = outputX(layout, scales, at(times, i));
+        const right = outputX(layout, scales, at(times, Math.min(i + every, times.length - 1)));
+        if (right - left > NARROW || i === from) line.to(left, y);
+        // Steps too narrow to be seen are drawn from middle to middle.
+        line.to(right - left > NARROW || i + every >= to ? right : (left + right) / 2, y);
       }
+      line.end();
       pen.stroke();
     };
     const ofKnots = (warp: Knots): void =>
@@ -283,13 +299,12 @@ export class Painter {
     }
   }
 
-  /** The reference's own time: what of it is imitated, which frames of it were matched, and those of the frame looked at. */
+  /** The reference's own time: what of it is imitated, and which frames of it were matched. */
   private reference(): void {
     const { pen, layout, palette, store } = this;
-    const { reference } = layout;
     const whole = referenceSpan(store);
     if (!whole) return;
-    const box = { ...reference, y: reference.y + 4, height: reference.height - 8 };
+    const box = referenceBox(layout);
     const x = (time: number): number => box.x + toPixels({ from: 0, to: whole.duration }, box.width, time);
     pen.fillStyle = palette.line;
     pen.fillRect(box.x, box.y, box.width, box.height);
@@ -309,10 +324,21 @@ export class Painter {
       if (match?.source === whole.source) pen.fillRect(x(match.time + whole.offset), box.y + box.height - 5, 1, 5);
     }
     pen.globalAlpha = 1;
+  }
+
+  /** The reference frames that the frame looked at was matched with. */
+  private matches(): void {
+    const { pen, layout, palette, store } = this;
+    const whole = referenceSpan(store);
+    const { why } = store;
+    if (!whole || !why) return;
+    const box = referenceBox(layout);
     const time = store.hover ?? store.playback.outputTime;
+    pen.fillStyle = palette.reference;
     for (const match of matchesAt(why, rowAt(why, time))) {
       if (match.source !== whole.source) continue;
-      pen.fillRect(Math.round(x(match.time + whole.offset)) - 1, box.y, 2, box.height);
+      const x = box.x + toPixels({ from: 0, to: whole.duration }, box.width, match.time + whole.offset);
+      pen.fillRect(Math.round(x) - 1, box.y, 2, box.height);
     }
   }
 
@@ -361,6 +387,10 @@ export class Painter {
       pen.fill();
     });
   }
+}
+
+function referenceBox({ reference }: Layout): Box {
+  return { ...reference, y: reference.y + 4, height: reference.height - 8 };
 }
 
 const ranges = new WeakMap<Float64Array, { low: number; high: number }>();

@@ -43,6 +43,9 @@ export class Timeline {
   /** What of the output is in view; none: all of it, whatever its length. */
   private zoom: View | null = null;
   private shown: readonly [number, number, number] = [0, 0, 0];
+  /** What stays while a curve changes, and what it was painted of: text and many small marks take milliseconds. */
+  private readonly backdrop = document.createElement("canvas");
+  private backdropOf: readonly unknown[] = [];
 
   constructor(
     private readonly store: Store,
@@ -81,10 +84,16 @@ export class Timeline {
       this.canvas.height = Math.round(clientHeight * scale);
       this.shown = [clientWidth, clientHeight, scale];
     }
-    const pen = this.canvas.getContext("2d");
+    // Without transparency: what lies behind it need not be drawn.
+    const pen = this.canvas.getContext("2d", { alpha: false });
     if (!pen) return;
+    this.paintBackdrop(scale, changed);
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.globalCompositeOperation = "copy";
+    pen.drawImage(this.backdrop, 0, 0);
+    pen.globalCompositeOperation = "source-over";
     pen.setTransform(scale, 0, 0, scale, 0, 0);
-    new Painter(pen, this.layout, this.scales, this.store, this.theme.palette).paint();
+    new Painter(pen, this.layout, this.scales, this.store, this.theme.palette).foreground();
     this.handles.place(this.layout, this.scales);
     this.tangentLine(pen);
     const { map } = this.layout;
@@ -107,6 +116,25 @@ export class Timeline {
     chooser.title = `Reference shown: ${names[store.reference] ?? ""}`;
     chooser.style.top = `${reference.y + (reference.height - 24) / 2}px`;
     chooser.style.width = `${reference.x - 14}px`;
+  }
+
+  private paintBackdrop(scale: number, changed: Set<Topic>): void {
+    const { store, theme } = this;
+    const { width, height } = this.canvas;
+    const end = store.knots ? outputEnd(store.knots) : null;
+    const references = store.document?.references;
+    const of = [width, height, scale, this.scales, theme.palette, store.why, end, references, store.reference];
+    if (!changed.has("clips") && of.every((part, i) => part === this.backdropOf[i])) return;
+    this.backdropOf = of;
+    const { backdrop } = this;
+    if (backdrop.width !== width || backdrop.height !== height) {
+      backdrop.width = width;
+      backdrop.height = height;
+    }
+    const pen = backdrop.getContext("2d", { alpha: false });
+    if (!pen) return;
+    pen.setTransform(scale, 0, 0, scale, 0, 0);
+    new Painter(pen, this.layout, this.scales, store, theme.palette).backdrop();
   }
 
   /** Show all of the output again. */
@@ -142,6 +170,9 @@ export class Timeline {
       }
       input = inputView(Math.min(...times), Math.max(...times), store.inputDuration);
     }
+    const same = (a: View, b: View): boolean => a.from === b.from && a.to === b.to;
+    const { scales } = this;
+    if (same(scales.output, output) && same(scales.input, input) && same(scales.speed, speed)) return;
     this.scales = { output, input, speed };
   }
 
@@ -187,11 +218,12 @@ export class Timeline {
       { passive: false },
     );
     this.root.addEventListener("pointermove", (event) => {
+      if (store.dragging) return this.look(null);
       const { x, y } = place(event);
       const { map, heat } = this.layout;
       const end = store.knots ? outputEnd(store.knots) : 0;
       const over = x >= map.x && x <= map.x + map.width && y >= map.y && y <= heat.y + heat.height && time(event) <= end;
-      this.look(over && !store.dragging ? Math.max(0, time(event)) : null);
+      this.look(over ? Math.max(0, time(event)) : null);
       canvas.style.cursor = inside(this.layout.gutter, x, y) ? "row-resize" : "default";
     });
     this.root.addEventListener("pointerleave", () => this.look(null));
