@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
@@ -392,6 +393,11 @@ def ghosts(solution: Solution) -> tuple[Warp, Warp]:
         return linear_warp(keytimes), spline_warp(keytimes, rate=float(solution.sources.clips[0].rate))
 
 
+def value_of(document: Document, name: str) -> Any:
+    """Return a value of a document by its name, such as ``length`` or ``options.rate``."""
+    return functools.reduce(getattr, name.split("."), document)
+
+
 # What an argument of `retime.guided_warp` is called in a document, where it is called otherwise.
 _FIELDS = {"speed": "options.fastest", "keys": None, "locks": None, "reference": None, "motion": None}
 
@@ -420,8 +426,16 @@ def fault_of(error: Exception, document: Document, last: Document | None) -> Fau
     suspects = [key for key in document.keys if key.output_time in error.output_times]
     before = () if last is None else last.keys
     changed = [key for key in suspects if key not in before]
-    length_changed = document.length is not None and last is not None and document.length != last.length
-    if suspects and (changed or not length_changed):
+    if not changed and last is not None and isinstance(error, InfeasibleWarpError) and error.output_times:
+        # The keys stand where they stood: what was changed beside them leaves no way through.
+        if locks := [lock for lock in document.locks if lock not in last.locks]:
+            return Fault(lock=locks[-1].id)
+        for name in ("options.fastest", "options.slowest", "options.max_skip", "options.upsample"):
+            if value_of(document, name) != value_of(last, name):
+                return Fault(field=name)
+        if document.length is not None and document.length != last.length:
+            return Fault(field="length")
+    if suspects:
         return Fault(key=(changed or suspects)[-1].id)
     if error.option is None:
         # A span between keytimes, of which the ends are two: the last one stands where the length puts it.

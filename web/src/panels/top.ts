@@ -57,7 +57,8 @@ export class TopBar {
     const { state, clip } = this.store;
     setText(this.name, state?.path ? fileName(state.path) : (clip?.name ?? ""));
     setAttribute(this.name, "title", state?.path ?? null);
-    setText(this.saved, !state ? "" : state.saved ? "saved" : state.path ? "edited" : state.undo_label ? "not saved to a file" : "");
+    const inFile = state?.saved ? "saved" : "edited";
+    setText(this.saved, !state ? "" : state.path ? inFile : state.undo_label ? "not saved to a file" : "");
     label(this.undo, state?.undo_label ? `Undo ${state.undo_label} (Ctrl+Z)` : "Undo (Ctrl+Z)");
     label(this.redo, state?.redo_label ? `Redo ${state.redo_label} (Ctrl+Shift+Z)` : "Redo (Ctrl+Shift+Z)");
     this.undo.disabled = !state?.undo_label;
