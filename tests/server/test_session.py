@@ -19,8 +19,8 @@ from websockets.exceptions import ConnectionClosed
 from retime import Reference, guided_warp, read, read_warp, write
 from retime.motion.kinematics import flights, global_poses
 from retime.project import journal as journals
-from retime.project.document import ClipFile, Document, Key
-from retime.project.solve import DocumentSolver, fault_of
+from retime.project.document import ClipFile, Document, Key, LockedTime, Options
+from retime.project.solve import DocumentSolver, Fault, fault_of
 from retime.server import messages
 from retime.server.messages import BINDINGS
 from retime.server.session import Outbox
@@ -206,6 +206,27 @@ def test_a_warp_is_kept_and_compared_and_comes_back_with_undo(served) -> None:
         assert "no kept warp 'nothing'" in page.until("notice")["text"]
         with served.page() as late:
             assert late.until("kept")["id"] == kept["id"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"locks": (LockedTime("l", 0.0, 1.0, 2.0, 2.0),)}, Fault(lock="l")),
+        ({"options": Options(fastest=1.5)}, Fault(field="options.fastest")),
+        ({"options": Options(max_skip=1, upsample=1)}, Fault(field="options.max_skip")),
+        ({"length": "38f"}, Fault(field="length")),
+    ],
+)
+def test_what_was_changed_beside_the_keys_is_at_fault(folder, changes, fault) -> None:
+    good = Document((ClipFile(str(folder / "jump.bvh")),), keys=(Key("a", 1.0, 0.6),), length="80%")
+    solver = DocumentSolver()
+    solver.solve(good)
+    bad = replace(good, **changes)
+    with pytest.raises(ValueError, match=r"cannot fit|closer than") as found:
+        solver.solve(bad)
+    assert fault_of(found.value, bad, good) == fault
+    # With nothing to compare with, the keytime that the span ends at is named.
+    assert fault_of(found.value, bad, None).key == "a"
 
 
 def test_a_group_is_searched_together_and_others_follow(folder) -> None:

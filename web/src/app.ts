@@ -1,7 +1,9 @@
 /** The editor, put together on an element: the page in a browser tab, or a widget in a notebook. */
 
+import { addClip } from "./document";
 import { make } from "./dom";
 import { recall, remember } from "./memory";
+import type { Document } from "./messages";
 import { Dialogs } from "./panels/dialogs";
 import { Inspector } from "./panels/inspector";
 import { StageBar } from "./panels/stage_bar";
@@ -9,6 +11,7 @@ import { TopBar } from "./panels/top";
 import { Transport } from "./panels/transport";
 import { WhyPanel } from "./panels/why_panel";
 import { advance, leading, seek, shuttle, step, type ClockName } from "./playback";
+import { addReference } from "./references";
 import { clamp } from "./scale";
 import { Session } from "./session";
 import { listen, type Shortcut } from "./shortcuts";
@@ -140,7 +143,18 @@ export class App {
     this.ends.abort();
   }
 
-  private listen(options: AppOptions, send: ((files: readonly File[]) => void) | null): void {
+  /** What a dropped file is for: on the references or the clips it is one more of them, elsewhere it is opened. */
+  private dropAction(target: EventTarget | null): ((path: string) => void) | undefined {
+    const name = target instanceof Element ? target.closest("section")?.getAttribute("aria-label") : null;
+    const edit = (change: (document: Document) => Document, label: string): void => {
+      if (this.store.document) this.session.edit(change(this.store.document), label);
+    };
+    if (name === "References") return (path) => edit((document) => addReference(document, path), "add reference");
+    if (name === "Clips") return (path) => edit((document) => addClip(document, path), "add clip");
+    return undefined;
+  }
+
+  private listen(options: AppOptions, send: ((files: readonly File[], then?: (path: string) => void) => void) | null): void {
     const { signal } = this.ends;
     new ResizeObserver(() => this.store.touch("size")).observe(this.root);
     const size = new ResizeObserver(() => this.store.touch("size"));
@@ -172,7 +186,7 @@ export class App {
           event.preventDefault();
           depth = 0;
           this.root.classList.remove("dropping");
-          send([...(event.dataTransfer?.files ?? [])]);
+          send([...(event.dataTransfer?.files ?? [])], this.dropAction(event.target));
         },
         { signal },
       );

@@ -30,20 +30,36 @@ export function takesText(element: Element | null): boolean {
   return element.matches("input") && !element.matches("[type=range], [type=checkbox]");
 }
 
+/** Whether a field lets the page have a key with Control: while something is typed, its undo is the field's own. */
+function givesWay(field: Element | null, name: string): boolean {
+  if (/^Ctrl\+[ACVX]$/u.test(name)) return false;
+  return !/Z$|Y$/u.test(name) || !isTyping(field);
+}
+
+function isTyping(field: Element | null): field is HTMLElement {
+  return field instanceof HTMLElement && field.dataset["typing"] === "true";
+}
+
 /** Listen on an element; returns what ends it. */
 export function listen(target: HTMLElement | Window, shortcuts: readonly Shortcut[], asleep: () => boolean): () => void {
   const actions = new Map(shortcuts.flatMap((one) => one.keys.map((key) => [key, one.action] as const)));
   const pressed = (event: Event): void => {
     const key = event as KeyboardEvent;
     const focused = key.target !== null && "matches" in key.target ? (key.target as Element) : null;
-    if (key.defaultPrevented || asleep() || takesText(focused)) return;
+    if (key.defaultPrevented || asleep()) return;
     const name = keyName(key);
+    if (takesText(focused) && !(name.startsWith("Ctrl+") && givesWay(focused, name))) return;
     // A button that has the focus is pressed by these.
-    if ((name === "Space" || name === "Enter") && focused?.matches("button:not(.handle), [type=checkbox]")) return;
+    if ((name === "Space" || name === "Enter") && focused?.matches("button:not(.handle), summary, [type=checkbox]")) return;
     if (focused?.matches("[type=range]") && name.startsWith("Arrow")) return;
     const action = actions.get(name);
     if (!action) return;
     event.preventDefault();
+    if (takesText(focused) && isTyping(focused)) {
+      // What was typed counts before it is saved, or exported.
+      focused.blur();
+      focused.focus();
+    }
     action();
   };
   target.addEventListener("keydown", pressed);

@@ -57,9 +57,16 @@ try {
   await page.locator(".row .refused").filter({ hasText: "the least length, 2s, is more than the most, 1s" }).waitFor();
   assert.equal(await bounded.getAttribute("aria-invalid"), "true");
   await shot("fault");
-  await bounded.blur();
+  // A field that nobody types in leaves undo to the page, without losing the focus; one that somebody does keeps it.
   await editor.answered(() => page.keyboard.press("Control+z"));
   await until(() => bounded.getAttribute("aria-invalid"), null);
+  await until(() => bounded.inputValue(), "90%");
+  assert.ok(await bounded.evaluate((field) => field === document.activeElement));
+  await page.keyboard.type("95");
+  await page.keyboard.press("Control+z");
+  await page.getByRole("button", { name: "Undo set analysis rate" }).waitFor();
+  await page.keyboard.press("Escape");
+  await until(() => bounded.inputValue(), "90%");
   // Bounds go with the free length.
   await editor.setField("Length", "75%");
   assert.equal(await bounded.isVisible(), false);
@@ -73,6 +80,20 @@ try {
   await editor.answered(() => page.getByRole("dialog").getByRole("button", { name: counterpart }).click());
   await editor.setField("Reference to", "1.5");
   await shot("group_reference");
+
+  // A file that is dropped on the references is one more of them.
+  const file = `HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 9\nFrame Time: 0.033333\n${"0 0 0\n".repeat(9)}`;
+  await page.evaluate((text) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([text], "dropped.bvh"));
+    document
+      .querySelector("section[aria-label=References]")
+      .dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+  }, file);
+  await page.getByRole("group", { name: "References" }).getByRole("button", { name: "dropped", exact: true }).waitFor();
+  await page.locator(".trouble:visible").waitFor();
+  await editor.answered(() => page.keyboard.press("Control+z"));
+  await page.getByRole("group", { name: "References" }).getByRole("button", { name: "dropped", exact: true }).waitFor({ state: "detached" });
 
   const saved = join(folder, "group.retime");
   await page.keyboard.press("Control+s");

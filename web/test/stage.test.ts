@@ -1,7 +1,7 @@
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import type { Clip, Why } from "../src/messages";
 import { groundMove, mirrored, moved, pairsByName, poseAt, sideOf, sidesOf, trailNodes } from "../src/stage/align";
-import { keyName, listen, shownKey } from "../src/shortcuts";
+import { keyName, listen, shownKey, type Shortcut } from "../src/shortcuts";
 import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../src/why";
 
 /** A clip of a few nodes; positions are given frame by frame. */
@@ -168,5 +168,36 @@ describe("shortcuts", () => {
     end();
     target.dispatchEvent(event());
     expect(played).toBe(1);
+  });
+
+  it("are a field's own while it takes text, but for those with Control that mean nothing to it", () => {
+    class Field extends EventTarget {
+      dataset: Record<string, string> = {};
+      blurs = 0;
+      matches = (selector: string): boolean => selector.startsWith("input");
+      blur = (): number => this.blurs++;
+      focus = (): void => undefined;
+    }
+    vi.stubGlobal("HTMLElement", Field);
+    const field = new Field();
+    const did: string[] = [];
+    const shortcut = (name: string): Shortcut => ({ keys: [name], does: "", action: () => did.push(name) });
+    listen(field as unknown as HTMLElement, ["K", "Ctrl+Z", "Ctrl+S", "Ctrl+A"].map(shortcut), () => false);
+    const press = (key: string, ctrlKey: boolean): void => {
+      const event = Object.assign(new Event("keydown", { cancelable: true }), { key, ctrlKey, metaKey: false, altKey: false });
+      Object.defineProperty(event, "target", { value: field });
+      field.dispatchEvent(event);
+    };
+    press("k", false);
+    press("a", true);
+    press("z", true);
+    expect(did).toEqual(["Ctrl+Z"]);
+    field.dataset["typing"] = "true";
+    press("z", true);
+    press("s", true);
+    expect(did).toEqual(["Ctrl+Z", "Ctrl+S"]);
+    // It was left once, so that what was typed in it counts.
+    expect(field.blurs).toBe(1);
+    vi.unstubAllGlobals();
   });
 });

@@ -22,13 +22,17 @@ export function textField(label: string, hint: string, commit: (text: string) =>
   let refused = false;
   const mark = (): void => setAttribute(input, "aria-invalid", refused || !trouble.hidden ? "true" : null);
   const take = (): void => {
+    input.dataset["typing"] = "false";
     refused = input.value !== shown && !commit(input.value.trim());
     mark();
   };
   input.addEventListener("change", take);
+  input.addEventListener("input", () => (input.dataset["typing"] = String(input.value !== shown)));
   input.addEventListener("keydown", (event) => {
-    event.stopPropagation();
+    // Keys with Control are the page's, as far as the field lets it have them.
+    if (!event.ctrlKey && !event.metaKey) event.stopPropagation();
     if (event.key === "Escape") {
+      input.dataset["typing"] = "false";
       input.value = shown;
       refused = false;
       mark();
@@ -45,10 +49,13 @@ export function textField(label: string, hint: string, commit: (text: string) =>
     show(text) {
       if (text === shown && input.value === text) return;
       shown = text;
-      if (document.activeElement === input) return;
+      const focused = document.activeElement === input;
+      if (focused && input.dataset["typing"] === "true") return;
       refused = false;
       mark();
+      if (input.value === text) return;
       input.value = text;
+      if (focused) input.select();
     },
     blame(message) {
       setText(trouble, message ?? "");

@@ -281,6 +281,7 @@ export class Inspector {
           to.show(lock.end.toFixed(2));
           speed.show(speedsText(lock.slowest, lock.fastest));
           row.setAttribute("aria-current", String(store.selection?.kind === "lock" && store.selection.id === id));
+          row.classList.toggle("faulty", store.problem?.lock === id);
         },
       };
     };

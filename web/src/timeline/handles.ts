@@ -161,6 +161,7 @@ export class Handles {
       parts.band.style.height = `${Math.max(bottom - top, 6)}px`;
       move(parts.band, 5, top, true);
       setAttribute(parts.band, "aria-pressed", String(selection?.kind === "lock" && selection.id === lock.id));
+      parts.band.classList.toggle("faulty", this.store.problem?.lock === lock.id);
       setAttribute(
         parts.band,
         "aria-label",
