@@ -426,7 +426,7 @@ def fault_of(error: Exception, document: Document, last: Document | None) -> Fau
     suspects = [key for key in document.keys if key.output_time in error.output_times]
     before = () if last is None else last.keys
     changed = [key for key in suspects if key not in before]
-    if not changed and last is not None and isinstance(error, InfeasibleWarpError) and error.output_times:
+    if not changed and last is not None and error.output_times:
         # The keys stand where they stood: what was changed beside them leaves no way through.
         if locks := [lock for lock in document.locks if lock not in last.locks]:
             return Fault(lock=locks[-1].id)
