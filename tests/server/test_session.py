@@ -374,8 +374,11 @@ def test_a_page_asks_whether_a_file_may_be_used(served, tmp_path) -> None:
         def asked(path: object, *, writing: bool = False) -> tuple[str, str | None]:
             page.say("find", path=str(path), writing=writing)
             answer = page.until("found", path=str(path))
+            # What is there is told of what may be used only.
+            assert answer["exists"] == (answer["place"] != "" and Path(answer["place"]).exists())
             return answer["place"], answer["refused"]
 
+        assert asked("leap.bvh", writing=True)[1] is None
         assert asked("leap.bvh") == (str(served.folder / "leap.bvh"), None)
         assert asked("new.bvh", writing=True) == (str(served.folder / "new.bvh"), None)
         for path, says in (("new.bvh", "there is no such file"), (served.folder, "a folder, not a file")):

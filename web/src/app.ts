@@ -453,6 +453,7 @@ export class App {
       { keys: ["-"], does: "Zoom out", action: () => this.timeline.zoomBy(1 / 0.7) },
       { keys: ["F"], does: "Show all of the output", action: () => this.timeline.fit() },
       { keys: ["Ctrl+S"], does: "Save", action: () => this.save() },
+      { keys: ["Ctrl+Shift+S"], does: "Save under another name", action: () => this.dialogs.showSave() },
       { keys: ["Ctrl+O"], does: "Open", action: () => this.dialogs.showOpen() },
       { keys: ["Ctrl+E"], does: "Export", action: () => this.dialogs.showExport() },
       { keys: ["?"], does: "This list", action: () => this.help() },

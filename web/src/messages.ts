@@ -265,6 +265,7 @@ export interface Found {
   readonly path: string;
   readonly place: string;
   readonly refused: string | null;
+  readonly exists: boolean;
 }
 
 /** A clip, or a reference, as it is drawn. Sent before the first `State`, and again where files change. */

@@ -5,6 +5,7 @@ import { STILL, type PlaybackState } from "./playback";
 import { recall, remember } from "./memory";
 import { throughKeys } from "./document";
 import { inputAt, type Knots } from "./warp";
+import type { Match } from "./why";
 
 export type Topic =
   | "document"
@@ -102,6 +103,11 @@ export class Store {
   /** The place of the reference that is looked at; the last one where that is gone. */
   get reference(): number {
     return Math.max(0, Math.min(this.view.reference, (this.document?.references.length ?? 0) - 1));
+  }
+
+  /** When a match lies in all of its reference, of which a stretch may be imitated. */
+  wholeTime({ source, time }: Match): number {
+    return time + (this.references[source]?.start_time ?? 0);
   }
 
   /** Seconds of the first clip. */

@@ -100,6 +100,14 @@ try {
   await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(saved);
   await page.getByRole("button", { name: "Write", exact: true }).click();
   await page.getByText(`Saved ${saved}`).waitFor();
+  // Under that name again: it is there, and is its own. Another's name is refused until one says that it may go.
+  const path = page.getByRole("dialog").getByLabel("Path", { exact: true });
+  await page.keyboard.press("Control+Shift+s");
+  await until(() => path.inputValue(), saved);
+  await path.fill("away.retime");
+  await page.getByRole("button", { name: "Write", exact: true }).click();
+  await page.getByRole("alert").filter({ hasText: "This file is there already" }).waitFor();
+  await page.getByRole("button", { name: "Cancel" }).click();
   await page.keyboard.press("Control+e");
   await page.getByRole("dialog").getByLabel("What", { exact: true }).selectOption("warp");
   const warp = join(folder, "group_warp.json");

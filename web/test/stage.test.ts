@@ -1,6 +1,6 @@
 import { describe, expect, it, vi } from "vitest";
 import type { Clip, Why } from "../src/messages";
-import { groundMove, mirrored, moved, pairsByName, poseAt, sideOf, sidesOf, trailNodes } from "../src/stage/align";
+import { groundMove, mirrored, moved, pairsByName, pairsOf, poseAt, sideOf, sidesOf, trailNodes } from "../src/stage/align";
 import { keyName, listen, shownKey, type Shortcut } from "../src/shortcuts";
 import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../src/why";
 
@@ -30,6 +30,22 @@ function clipOf(names: string[], parents: number[], frames: number[][]): Clip {
 
 const BODY = Float32Array.of(0, 1, 0, 0.5, 1.5, 0, -0.5, 1.5, 0.2, 0, 0, 0.3);
 const PAIRS = [0, 1, 2, 3].map((i): [number, number] => [i, i]);
+
+describe("a reference laid over the output", () => {
+  const clip = clipOf(["Hips", "LeftFoot", "RightFoot"], [-1, 0, 0], [[0, 0, 0, 0, 0, 0, 0, 0, 0]]);
+  const other = { ...clip, names: ["a", "b", "c"] };
+
+  it("is matched as the search matched it, the sides swapped in a mirror", () => {
+    const matched = { ...other, counterparts: ["b", "", "a"] };
+    expect(pairsOf(matched, clip)).toEqual([[1, 0], [0, 2]]);
+    expect(pairsOf(matched, clip, true)).toEqual([[1, 0], [0, 1]]);
+  });
+
+  it("is matched by name where nobody matched it", () => {
+    expect(pairsOf({ ...other, names: ["RightFoot", "Hips", "x"] }, clip)).toEqual([[0, 2], [1, 0]]);
+    expect(pairsOf({ ...other, names: ["RightFoot", "Hips", "x"] }, clip, true)).toEqual([[0, 1], [1, 0]]);
+  });
+});
 
 describe("poses", () => {
   const clip = clipOf(["hips"], [-1], [[0, 0, 0], [2, 4, 6]]);

@@ -378,11 +378,14 @@ class Found:
         The file that it means, links followed; empty where it is refused.
     refused : str, optional
         Why it can't be used, and what would help.
+    exists : bool
+        Whether it is there already.
     """
 
     path: str
     place: str
     refused: str | None
+    exists: bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -401,8 +401,9 @@ class EditorSession:
                     f"{place}: " + ("a folder, not a file" if place.is_dir() else "there is no such file")
                 )
         except OptionError as error:
-            return messages.Found(message.path, "", str(error))
-        return messages.Found(message.path, str(place), None)
+            # What lies outside is not told, not even whether it is there.
+            return messages.Found(message.path, "", str(error), False)
+        return messages.Found(message.path, str(place), None, place.exists())
 
     def _listing(self, folder: str | None, holds: str) -> messages.Listing:
         place = self._places.find(folder or ".")

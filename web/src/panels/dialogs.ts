@@ -94,11 +94,13 @@ export class Dialogs {
   }
 
   /** Whether a file that was named may be used. */
-  found({ path, place, refused }: Found): void {
+  found({ path, place, refused: reason, exists }: Found): void {
     const [dialog, field, trouble] = this.write.open
       ? [this.write, this.writePath, this.writeTrouble]
       : [this.open, this.openPath, this.openTrouble];
     if (!dialog.open || field.input.value.trim() !== path) return;
+    const inTheWay = dialog === this.write && exists && !this.mayOverwrite && place !== this.store.state?.path;
+    const refused = reason ?? (inTheWay ? "This file is there already: choose another name, or tick the box to replace it." : null);
     setText(trouble, refused ?? "");
     trouble.hidden = refused === null;
     if (refused !== null) return;

@@ -93,7 +93,7 @@ export class StageBar {
     this.match.hidden = match === null;
     if (match) {
       const name = match.source < 0 ? "itself" : (references[match.source]?.name ?? match.name);
-      fill(this.match, "Matched pose", `${name} at ${match.time.toFixed(2)} s`);
+      fill(this.match, "Matched pose", `${name} at ${this.store.wholeTime(match).toFixed(2)} s`);
       this.match.style.right = "8px";
     }
   }

@@ -68,7 +68,7 @@ export class WhyPanel {
     setText(
       this.matched,
       matches.length > 0
-        ? `${name}at ${matches.map((match) => `${match.time.toFixed(2)}${match.mirrored ? " mirrored" : ""}`).join(", ")} s`
+        ? `${name}at ${matches.map((match) => `${this.store.wholeTime(match).toFixed(2)}${match.mirrored ? " mirrored" : ""}`).join(", ")} s`
         : "nothing",
     );
     const words = bindingWords(at(why.binding, row));

@@ -91,6 +91,17 @@ export function pairsByName(a: readonly string[], b: readonly string[], swapSide
   return pairs;
 }
 
+/** Nodes of a reference and of the clip that stand for each other: as the search matched them, else by their names. */
+export function pairsOf(reference: Clip, clip: Clip, mirror = false): [number, number][] {
+  const place = new Map(clip.names.map((name, i) => [name.toLowerCase(), i] as const));
+  const pairs = reference.counterparts.flatMap((name, i): [number, number][] => {
+    const node = name === "" ? -1 : reference.names.indexOf(name);
+    const own = mirror ? place.get(otherSide(clip.names[i]?.toLowerCase() ?? "")) : i;
+    return node >= 0 && own !== undefined ? [[node, own]] : [];
+  });
+  return pairs.length > 0 ? pairs : pairsByName(reference.names, clip.names, mirror);
+}
+
 /** Which sides of the body the nodes are on, as far as their names say. */
 export function sidesOf(names: readonly string[]): ("left" | "right" | "")[] {
   // What hangs on a joint is on its side.

@@ -4,7 +4,7 @@ import * as THREE from "three";
 import type { Clip } from "../messages";
 import type { Palette } from "../theme";
 import { at } from "../warp";
-import { groundMove, groundOf, heightOf, mirrored, moved, pairsByName, poseAt, trailNodes } from "./align";
+import { groundMove, groundOf, heightOf, mirrored, moved, pairsOf, poseAt, trailNodes } from "./align";
 import { Figure } from "./figure";
 import { Shadow } from "./ground";
 import { OnionSkins, Trails } from "./trails";
@@ -98,7 +98,7 @@ export class Cast {
     }
     const pose = poseAt(reference, time, this.ghost.pose);
     if (mirror) mirrored(pose);
-    const pairs = pairsByName(reference.names, this.clip.names, mirror);
+    const pairs = pairsOf(reference, this.clip, mirror);
     const move = groundMove(pose, this.outputPose, pairs.length > 0 ? pairs : [[0, 0]]);
     this.ghost.figure.pose(moved(pose, move));
     this.ghost.figure.object.visible = true;
