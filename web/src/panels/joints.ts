@@ -71,7 +71,8 @@ export class JointTable {
     this.dialog.setAttribute("aria-label", this.title.textContent ?? "Joints");
     const own = clip.names.slice(0, reference.counterparts.length);
     const matched = reference.counterparts.filter((name) => name !== "").length;
-    setText(this.note, `${matched} of ${own.length} have a counterpart. Those without one are not compared.`);
+    const without = clip.holds === "signal" ? "Each channel needs one." : "Joints without one are not compared.";
+    setText(this.note, `${matched} of ${own.length} have a counterpart. ${without}`);
     this.fault.hidden = problem?.reference !== this.store.reference;
     setText(this.fault, problem?.message ?? "");
     setText(this.file, file.joint_map === null ? "From a file…" : fileName(file.joint_map));

@@ -1,7 +1,7 @@
 /** What is imitated: the references, listed, and all that one can say about the one that is looked at. */
 
 import { parseTime } from "../document";
-import { make, setAttribute, setText } from "../dom";
+import { make, setText } from "../dom";
 import { icon } from "../icons";
 import type { Document, ReferenceFile } from "../messages";
 import {
@@ -173,6 +173,7 @@ export class ReferencePanel {
     joints.classList.add("framed", "wide");
     const jointRow = row("Joints", joints);
     updates.push(() => {
+      setText(jointRow.firstElementChild as Element, store.clip?.holds === "signal" ? "Channels" : "Joints");
       const clip = store.references[this.index];
       jointRow.hidden = this.reference.path === null;
       const own = clip?.counterparts ?? [];
@@ -226,7 +227,5 @@ function button(text: string, title: string, action: () => void): HTMLButtonElem
 }
 
 function row(label: string, ...content: HTMLElement[]): HTMLElement {
-  const name = make("span", { class: "label" }, label);
-  setAttribute(name, "title", label);
-  return make("div", { class: "row" }, name, ...content);
+  return make("div", { class: "row" }, make("span", { class: "label", title: label }, label), ...content);
 }
