@@ -13,6 +13,7 @@ import { WhyPanel } from "./panels/why_panel";
 import { advance, leading, seek, shuttle, step, type ClockName } from "./playback";
 import { addReference } from "./references";
 import { clamp } from "./scale";
+import { WhenQuiet } from "./quiet";
 import { Session } from "./session";
 import { listen, type Shortcut } from "./shortcuts";
 import { Stage } from "./stage/stage";
@@ -30,8 +31,9 @@ export interface AppOptions {
 
 const HINT_SEEN = "retime.hint";
 
-/** While something is dragged, milliseconds that pass at least before the panels show other numbers. */
-const PANELS_MS = 120;
+/** While something is dragged, the panels follow when the hand has rested for some milliseconds, or after so many. */
+const PANELS_REST = 80;
+const PANELS_MOST = 400;
 
 export class App {
   readonly store: Store;
@@ -53,10 +55,9 @@ export class App {
   private readonly ends = new AbortController();
   private awake = false;
   private before = 0;
-  /** What the panels have not shown yet, when they showed anything last, and when they will. */
+  /** What the panels have not shown yet. */
   private readonly unshown = new Set<Topic>();
-  private shownAt = 0;
-  private showing: ReturnType<typeof setTimeout> | undefined;
+  private readonly panelsLater = new WhenQuiet(() => this.showPanels(), PANELS_REST, PANELS_MOST);
 
   constructor(
     private readonly root: HTMLElement,
@@ -264,16 +265,14 @@ export class App {
     for (const topic of changed) this.unshown.add(topic);
     if (!store.dragging) this.showPanels();
     // Who drags looks at the curve: it is painted first, and the numbers follow when there is time.
-    else this.showing ??= setTimeout(() => this.showPanels(), Math.max(0, this.shownAt + PANELS_MS - performance.now()));
+    else this.panelsLater.ask();
   }
 
   private showPanels(): void {
-    clearTimeout(this.showing);
-    this.showing = undefined;
+    this.panelsLater.cancel();
     const changed = new Set(this.unshown);
     this.unshown.clear();
     for (const panel of [this.transport, this.top, this.stageBar, this.inspector, this.why]) panel.update(changed);
-    this.shownAt = performance.now();
   }
 
   /** How long people waited for this curve, from their hand to the screen; for the measurement in the tests. */

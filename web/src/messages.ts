@@ -308,9 +308,6 @@ export interface Curve {
   readonly key_input_times: Float64Array;
   readonly output_times: Float64Array;
   readonly input_times: Float64Array;
-  readonly frame_times: Float64Array;
-  readonly frame_input_times: Float64Array;
-  readonly speeds: Float64Array;
   readonly linear_output_times: Float64Array;
   readonly linear_input_times: Float64Array;
   readonly spline_output_times: Float64Array;

@@ -480,8 +480,6 @@ class Curve:
         The keytimes that it meets, ends included.
     output_times, input_times : float64 arrays, shape (n_knots,)
         The warp's knots.
-    frame_times, frame_input_times, speeds : float64 arrays, shape (n_output,)
-        Output time of each frame, the input time that it shows, and its playback speed.
     linear_output_times, linear_input_times : float64 arrays
         Knots of the straight lines through the keytimes.
     spline_output_times, spline_input_times : float64 arrays
@@ -505,9 +503,6 @@ class Curve:
     key_input_times: Float64s
     output_times: Float64s
     input_times: Float64s
-    frame_times: Float64s
-    frame_input_times: Float64s
-    speeds: Float64s
     linear_output_times: Float64s
     linear_input_times: Float64s
     spline_output_times: Float64s
@@ -627,9 +622,12 @@ def array_fields(kind: type) -> dict[str, str]:
     return {name: get_args(hint)[1] for name, hint in hints.items() if get_origin(hint) is Annotated}
 
 
+_ARRAYS: dict[type, dict[str, str]] = {kind: array_fields(kind) for kind in (*FROM_SERVER, *FROM_SERVER_WITH_ARRAYS)}
+
+
 def write_message(message: ServerMessage) -> str | bytes:
     """Write a message of the server's: text, or bytes where it carries arrays."""
-    dtypes = array_fields(type(message))
+    dtypes = _ARRAYS[type(message)]
     plain: dict[str, Any] = {"type": type_name(type(message))}
     plain |= {
         field.name: to_value(getattr(message, field.name))

@@ -102,12 +102,11 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
     """Draw a solution."""
     warp, search = solution.warp, solution.search
     rate = float(solution.sources.clips[0].rate)
-    times = output_frame_times(warp, rate)
     linear, spline = ghosts(solution)
     return Curve(
         revision=revision,
         rate=rate,
-        n_output=len(times),
+        n_output=len(output_frame_times(warp, rate)),
         method=solution.document.options.method,
         analysis_rate=rate if search is None else search.rate,
         max_skip=0 if search is None else search.max_skip,
@@ -120,9 +119,6 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
         key_input_times=np.array([key.input_time for key in warp.keytimes]),
         output_times=warp.output_times,
         input_times=warp.input_times,
-        frame_times=times,
-        frame_input_times=warp(times),
-        speeds=warp.speed(times),
         linear_output_times=linear.output_times,
         linear_input_times=linear.input_times,
         spline_output_times=spline.output_times,

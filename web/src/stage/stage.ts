@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { WhenQuiet } from "../quiet";
 import { clamp } from "../scale";
 import type { Clip } from "../messages";
 import type { Store, Topic } from "../store";
@@ -12,8 +13,13 @@ import { Cast, COMPANION, OUTPUT } from "./cast";
 import { Ground } from "./ground";
 import { SignalView } from "./signals";
 
-/** While something is dragged, milliseconds that pass at least between two pictures of a stage drawn without a GPU. */
-const SLOW_MS = 250;
+/**
+ * Drawn without a GPU, a picture of the stage holds everything else up for tens of milliseconds. While something is
+ * dragged, one is drawn when the hand has rested for some milliseconds, or after so many; and with fewer pixels.
+ */
+const SLOW_REST = 100;
+const SLOW_MOST = 1000;
+const SLOW_RATIO = 0.5;
 
 /** Seconds of output to each side of the playhead that trails and onion skins cover, and between onion skins. */
 const AROUND = 1.2;
@@ -23,8 +29,7 @@ export class Stage {
   private readonly renderer: THREE.WebGLRenderer | null;
   /** Without a graphics card the processor draws, which has the curve to find meanwhile. */
   private readonly slow: boolean = drawsInSoftware();
-  private drawn = 0;
-  private later: ReturnType<typeof setTimeout> | undefined;
+  private readonly later = new WhenQuiet(() => this.renderer && this.draw(this.renderer), SLOW_REST, SLOW_MOST);
   private shape = "";
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.PerspectiveCamera(32, 1, 0.01, 1000);
@@ -82,11 +87,8 @@ export class Stage {
       if (changed.has(topic)) this.stale = true;
     }
     if (!this.stale) return;
-    const { renderer } = this;
-    clearTimeout(this.later);
-    if (!this.slow || !this.store.dragging) return this.draw(renderer);
-    // Never in the frame that paints a curve.
-    this.later = setTimeout(() => this.draw(renderer), Math.max(0, this.drawn + SLOW_MS - performance.now()));
+    if (this.slow && this.store.dragging) this.later.ask();
+    else this.draw(this.renderer);
   }
 
   /** Look at all of the figures again, from where the camera stood at first. */
@@ -150,7 +152,7 @@ export class Stage {
 
   private draw(renderer: THREE.WebGLRenderer): void {
     this.stale = false;
-    this.drawn = performance.now();
+    this.later.cancel();
     const { store } = this;
     const { view, playback, knots, companionKnots } = store;
     if (!knots) return;
@@ -173,7 +175,7 @@ export class Stage {
 
     const width = Math.max(this.root.clientWidth, 1);
     const height = Math.max(this.root.clientHeight, 1);
-    const ratio = this.slow ? 1 : Math.min(devicePixelRatio, 2);
+    const ratio = this.slow ? (store.dragging ? SLOW_RATIO : 1) : Math.min(devicePixelRatio, 2);
     const shape = `${width} ${height} ${ratio}`;
     if (shape !== this.shape) {
       this.shape = shape;

@@ -3,7 +3,7 @@
 import { clamp, ticks, timeLabel, toPixels } from "../scale";
 import type { Store } from "../store";
 import type { Palette } from "../theme";
-import { at, inputAt, outputAt, outputEnd, outputStart, pieceAt, type Knots } from "../warp";
+import { at, inputAt, outputAt, outputEnd, outputStart, pieceAt, slopes, type Knots } from "../warp";
 import { matchesAt, rowAt } from "../why";
 import { inputY, outputX, speedY, type Box, type Layout, type Scales } from "./layout";
 import { ThinLine } from "./line";
@@ -216,16 +216,18 @@ export class Painter {
     const { pen, layout, scales, palette, store } = this;
     const curve = store.curve;
     if (!curve) return;
-    const draw = (times: ArrayLike<number>, speedOf: (i: number) => number, n: number): void => {
+    const draw = (warp: Knots): void => {
+      const times = warp.outputTimes;
+      const speeds = slopes(warp);
       pen.beginPath();
       const from = Math.max(0, pieceAt(times, scales.output.from));
-      const to = Math.min(n, pieceAt(times, scales.output.to) + 2);
+      const to = Math.min(speeds.length, pieceAt(times, scales.output.to) + 2);
       const every = Math.max(1, Math.floor((to - from) / (2 * layout.map.width)));
       const line = new ThinLine(pen);
       for (let i = from; i < to; i += every) {
-        const y = speedY(layout, scales, speedOf(i));
+        const y = speedY(layout, scales, at(speeds, i));
         const left = outputX(layout, scales, at(times, i));
-        const right = outputX(layout, scales, at(times, Math.min(i + every, times.length - 1)));
+        const right = outputX(layout, scales, at(times, Math.min(i + every, speeds.length)));
         if (right - left > NARROW || i === from) line.to(left, y);
         // Steps too narrow to be seen are drawn from middle to middle.
         line.to(right - left > NARROW || i + every >= to ? right : (left + right) / 2, y);
@@ -233,31 +235,24 @@ export class Painter {
       line.end();
       pen.stroke();
     };
-    const ofKnots = (warp: Knots): void =>
-      draw(
-        warp.outputTimes,
-        (i) =>
-          (at(warp.inputTimes, i + 1) - at(warp.inputTimes, i)) / (at(warp.outputTimes, i + 1) - at(warp.outputTimes, i)),
-        warp.outputTimes.length - 1,
-      );
     this.clip(layout.speed, () => {
       pen.lineJoin = "round";
       pen.lineWidth = 1;
       pen.setLineDash([5, 3]);
       pen.strokeStyle = palette.muted;
-      ofKnots({ outputTimes: curve.linear_output_times, inputTimes: curve.linear_input_times });
+      draw({ outputTimes: curve.linear_output_times, inputTimes: curve.linear_input_times });
       pen.setLineDash([7, 3, 1.5, 3]);
       pen.strokeStyle = palette.spline;
-      ofKnots({ outputTimes: curve.spline_output_times, inputTimes: curve.spline_input_times });
+      draw({ outputTimes: curve.spline_output_times, inputTimes: curve.spline_input_times });
       pen.setLineDash([]);
       const kept = typeof store.view.companion === "object" ? store.companionKnots : null;
       if (kept) {
         pen.lineWidth = 1.6;
-        ofKnots(kept);
+        draw(kept);
       }
       pen.lineWidth = 1.9;
       pen.strokeStyle = palette.output;
-      draw(curve.frame_times, (i) => at(curve.speeds, i), curve.speeds.length);
+      draw({ outputTimes: curve.output_times, inputTimes: curve.input_times });
     });
   }
 

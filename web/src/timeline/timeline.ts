@@ -6,7 +6,7 @@ import { panned, snapped, within, zoomed, type View } from "../scale";
 import type { Session } from "../session";
 import type { Selection, Store, Topic } from "../store";
 import type { Theme } from "../theme";
-import { inputAt, outputEnd, speedAt } from "../warp";
+import { inputAt, outputEnd, slopes, speedAt } from "../warp";
 import { draggable } from "./drag";
 import { Handles } from "./handles";
 import {
@@ -161,7 +161,7 @@ export class Timeline {
     if (!knots || store.dragging) return;
     const { home, whole } = wholeOutput(outputEnd(knots), store.inputDuration);
     const output = this.zoom ? within(this.zoom, whole) : home;
-    const speed = speedView(store.curve?.speeds ?? []);
+    const speed = speedView(store.curve ? slopes(knots) : []);
     let input = inputView(0, store.inputDuration, store.inputDuration);
     if (this.zoom) {
       const times = [inputAt(knots, output.from), inputAt(knots, output.to)];
