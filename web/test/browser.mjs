@@ -5,22 +5,12 @@
 // Prints one JSON object: what it found, for the test to compare with the command line's.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import { join } from "node:path";
-import { Editor, launch, serve, until } from "./editor.mjs";
+import { Editor, launch, serve, stumbles, until } from "./editor.mjs";
 
 const { python, clip, options, folder, state, shots } = JSON.parse(process.argv[2]);
-const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const command = [python, "-m", "retime.cli.main", "edit", clip, ...options, "--no-browser"];
 const start = () => serve(command, folder, { XDG_STATE_HOME: state });
-
-/** What a screen reader's user would stumble over, by the rules of WCAG 2 A and AA. */
-async function stumbles({ page }) {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] }));
-  return violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.html.slice(0, 160)} ${node.failureSummary}`));
-}
 
 const browser = await launch();
 let server = await start();

@@ -6,7 +6,7 @@
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
-import { Editor, launch, serve, until } from "./editor.mjs";
+import { Editor, launch, serve, stumbles, until } from "./editor.mjs";
 
 const { python, clips, wide, counterpart, project, elsewhere, folder, state, shots } = JSON.parse(process.argv[2]);
 const begin = (...names) => serve([python, "-m", "retime.cli.main", "edit", ...names, "--no-browser"], folder, { XDG_STATE_HOME: state });
@@ -34,6 +34,7 @@ try {
   for (const name of ["c17", "c3"]) await listed.getByLabel(name, { exact: true }).check();
   await page.getByText("2 of 20 channels").waitFor();
   await shot("channels");
+  assert.deepEqual(await stumbles(editor), []);
   await page.getByRole("button", { name: "All", exact: true }).click();
   const rows = page.locator(".signals");
   await until(() => rows.evaluate((view) => view.scrollHeight > view.clientHeight), true);
@@ -79,7 +80,10 @@ try {
   await page.getByRole("button", { name: "What second is to move like: choose a file" }).click();
   await editor.answered(() => page.getByRole("dialog").getByRole("button", { name: counterpart }).click());
   await editor.setField("Reference to", "1.5");
+  await page.getByText("More", { exact: true }).click();
+  await editor.setField("Neighbours", "2");
   await shot("group_reference");
+  assert.deepEqual(await stumbles(editor), []);
 
   // A file that is dropped on the references is one more of them.
   const file = `HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 9\nFrame Time: 0.033333\n${"0 0 0\n".repeat(9)}`;

@@ -229,7 +229,7 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
         Hz; 0, or anything from half the rate up, changes nothing.
     """
     if not (math.isfinite(cutoff) and cutoff >= 0):
-        raise OptionError(f"the low-pass cutoff must be 0 (off) or more Hz, found {cutoff}")
+        raise OptionError(f"the low-pass cutoff must be 0 (off) or more Hz, found {cutoff}", option="low_pass")
     if cutoff == 0 or cutoff >= float(rate) / 2 or len(vectors) < 2:
         return vectors
     # The discrete Gaussian passes exp(t (cos ω - 1)) of a wave at ω. Samples of the Gaussian itself would pass too much
@@ -344,6 +344,7 @@ def difference_scales(rate: float, time_scale: float) -> tuple[float, float]:
     if not 0 <= time_scale <= _LONGEST_TIME_SCALE:
         raise OptionError(
             f"the time scale must be from 0 to {_LONGEST_TIME_SCALE:g} seconds, found {time_scale:g}: it is about as "
-            "long as a movement, such as 0.1"
+            "long as a movement, such as 0.1",
+            option="time_scale",
         )
     return time_scale * rate / 2, (time_scale * rate) ** 2

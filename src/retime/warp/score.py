@@ -111,7 +111,7 @@ def build_model(
 def check_reference(n_frames: Sequence[int], n_neighbors: int) -> None:
     """Refuse references that are too short together; raise OptionError."""
     if n_neighbors < 1:
-        raise OptionError(f"n_neighbors must be at least 1, found {n_neighbors}")
+        raise OptionError(f"n_neighbors must be at least 1, found {n_neighbors}", option="n_neighbors")
     if sum(max(0, n - 2) for n in n_frames) < n_neighbors:
         raise OptionError(
             f"the reference has {' + '.join(str(n) for n in n_frames)} frames at the analysis rate; "

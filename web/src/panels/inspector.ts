@@ -27,6 +27,28 @@ import type { Dialogs } from "./dialogs";
 import { check, choice, slider, textField, type Field } from "./fields";
 import { ReferencePanel } from "./references";
 
+type NumberName = "time_scale" | "low_pass" | "n_neighbors" | "max_skip" | "upsample" | "smoothing";
+
+interface NumberOption {
+  readonly name: NumberName;
+  readonly label: string;
+  readonly hint: string;
+  /** What holds where nothing is given. */
+  readonly usual: string;
+  readonly least: number;
+  readonly whole: boolean;
+}
+
+/** Numbers of the search that few people need. */
+const NUMBERS: readonly NumberOption[] = [
+  { name: "time_scale", label: "Time scale", hint: "How much velocity weighs against pose, seconds", usual: "0.2 s", least: 0, whole: false },
+  { name: "low_pass", label: "Low-pass", hint: "Cutoff of the filter that the search looks through, Hz; 0 is off", usual: "4 Hz", least: 0, whole: false },
+  { name: "n_neighbors", label: "Neighbours", hint: "Reference frames averaged in a score", usual: "3", least: 1, whole: true },
+  { name: "max_skip", label: "Longest skip", hint: "Frames that the search may leap at most", usual: "as needed", least: 1, whole: true },
+  { name: "upsample", label: "Upsampling", hint: "Frames offered for each one of the input: what may be slowed down to one part in so many", usual: "as needed", least: 1, whole: true },
+  { name: "smoothing", label: "Smoothing", hint: "Output frames, at the analysis rate, averaged to smooth the steps; 0 is off", usual: "5", least: 0, whole: true },
+];
+
 export class Inspector {
   readonly root = make("div", { class: "sections" });
   private readonly fields = new Map<string, Field>();
@@ -396,18 +418,6 @@ export class Inspector {
     const features = choice<"" | "torso" | "heading" | "signal">("Pose", "In which space poses are compared", (value) =>
       session.edit(setOption(this.document, "features", value === "" ? null : value), "choose pose space"),
     );
-    const scale = textField("Time scale", "How much velocity weighs against pose, seconds. Empty: the default", (text) => {
-      const value = text === "" ? null : Number(text.replace(/s$/u, ""));
-      if (value !== null && !(value > 0 && Number.isFinite(value))) return false;
-      session.edit(setOption(this.document, "time_scale", value), "set time scale");
-      return true;
-    });
-    const skip = textField("Longest skip", "Frames that the search may leap at most. Empty: as the keytimes need", (text) => {
-      const value = text === "" ? null : Number(text);
-      if (value !== null && !(Number.isInteger(value) && value >= 1)) return false;
-      session.edit(setOption(this.document, "max_skip", value), "set longest skip");
-      return true;
-    });
     const rate = textField("Analysis rate", "At how many Hz the search looks at the motion: 30, 29.97. Empty: 30; the output keeps the clip's own", (text) => {
       const value = text === "" ? null : parseRate(text);
       if (text !== "" && value === null) return false;
@@ -415,15 +425,23 @@ export class Inspector {
       return true;
     });
     rate.input.placeholder = "30 Hz";
-    scale.input.placeholder = "default";
-    skip.input.placeholder = "as needed";
+    this.named("options.rate", rate);
+    const numbers = NUMBERS.map(({ name, label, hint, usual, least, whole }) => {
+      const field = textField(label, `${hint}. Empty: ${usual}`, (text) => {
+        const value = text === "" ? null : Number(text.replace(/\s*(s|hz)$/iu, ""));
+        if (value !== null && !(Number.isFinite(value) && value >= least && (!whole || Number.isInteger(value)))) return false;
+        session.edit(setOption(this.document, name, value), `set ${label.toLowerCase()}`);
+        return true;
+      });
+      field.input.placeholder = usual;
+      return { name, field: this.named(`options.${name}`, field) };
+    });
+    const set = make("span", { class: "note" });
+    const more = make("details", { class: "reading" }, make("summary", {}, "More", set), ...numbers.map(({ field }) => field.row));
     const average = check("Average where it is sped up", "Blends the frames that a fast stretch leaps over", (on) =>
       session.edit(setOption(this.document, "average", on), "set averaging"),
     );
-    this.named("options.rate", rate);
-    this.named("options.time_scale", scale);
-    this.named("options.max_skip", skip);
-    body.append(method.row, score.row, features.row, rate.row, scale.row, skip.row, average.row);
+    body.append(method.row, score.row, features.row, rate.row, average.row, more);
     return () => {
       const { options } = this.document;
       method.show(
@@ -451,8 +469,10 @@ export class Inspector {
         options.features ?? "",
       );
       rate.show(options.rate ?? "");
-      scale.show(options.time_scale === null ? "" : String(options.time_scale));
-      skip.show(options.max_skip === null ? "" : String(options.max_skip));
+      for (const { name, field } of numbers) field.show(options[name] === null ? "" : String(options[name]));
+      const given = numbers.filter(({ name }) => options[name] !== null).length;
+      setText(set, given > 0 ? `${given} set` : "");
+      if (numbers.some(({ name }) => this.store.problem?.field === `options.${name}`)) more.open = true;
       average.show(options.average);
     };
   }
