@@ -101,7 +101,8 @@ try {
 
   const saved = join(folder, "group.retime");
   await page.keyboard.press("Control+s");
-  await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(saved);
+  // The ending goes without saying.
+  await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill(join(folder, "group"));
   await page.getByRole("button", { name: "Write", exact: true }).click();
   await page.getByText(`Saved ${saved}`).waitFor();
   // Under that name again: it is there, and is its own. Another's name is refused until one says that it may go.

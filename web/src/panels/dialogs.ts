@@ -190,11 +190,13 @@ export class Dialogs {
     );
     body.addEventListener("submit", (event) => {
       event.preventDefault();
-      const path = this.writePath.input.value.trim();
+      let path = this.writePath.input.value.trim();
       if (path === "") {
         this.writePath.input.focus();
         return;
       }
+      if (this.saving && !/\.retime$/iu.test(path)) path = `${path}.retime`;
+      this.writePath.input.value = path;
       this.session.find(path, true);
     });
     dialog.append(body);

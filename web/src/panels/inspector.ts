@@ -44,8 +44,8 @@ const NUMBERS: readonly NumberOption[] = [
   { name: "time_scale", label: "Time scale", hint: "How much velocity weighs against pose, seconds", usual: "0.2 s", least: 0, whole: false },
   { name: "low_pass", label: "Low-pass", hint: "Cutoff of the filter that the search looks through, Hz; 0 is off", usual: "4 Hz", least: 0, whole: false },
   { name: "n_neighbors", label: "Neighbours", hint: "Reference frames averaged in a score", usual: "3", least: 1, whole: true },
-  { name: "max_skip", label: "Longest skip", hint: "Frames that the search may leap at most", usual: "as needed", least: 1, whole: true },
-  { name: "upsample", label: "Upsampling", hint: "Frames offered for each one of the input: what may be slowed down to one part in so many", usual: "as needed", least: 1, whole: true },
+  { name: "max_skip", label: "Longest skip", hint: "max_skip: the largest step between frames that the search may take", usual: "as needed", least: 1, whole: true },
+  { name: "upsample", label: "Upsampling", hint: "upsample: frames offered for each one of the input, so that it may be slowed down to one part in so many", usual: "as needed", least: 1, whole: true },
   { name: "smoothing", label: "Smoothing", hint: "Output frames, at the analysis rate, averaged to smooth the steps; 0 is off", usual: "5", least: 0, whole: true },
 ];
 

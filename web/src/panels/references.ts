@@ -97,7 +97,7 @@ export class ReferencePanel {
         const weight = make("span", { class: "note" }, file && file.weight !== 1 ? `×${file.weight}` : "");
         const remove = make("button", { type: "button", class: "button bare", "aria-label": `Remove ${name}`, title: "Remove this reference" }, icon("trash"));
         remove.addEventListener("click", () => this.session.edit(removeReference(this.document, i), "remove reference"));
-        remove.style.visibility = file ? "visible" : "hidden";
+        remove.hidden = !file;
         return make("div", { class: "refrow" }, pick, weight, remove);
       }),
     );
