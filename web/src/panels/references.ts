@@ -177,7 +177,9 @@ export class ReferencePanel {
       const clip = store.references[this.index];
       jointRow.hidden = this.reference.path === null;
       const own = clip?.counterparts ?? [];
-      setText(joints, own.length === 0 ? "Matched by name" : `${own.filter((name) => name !== "").length} of ${own.length} matched`);
+      const matched = own.length === 0 ? "Matched by name" : `${own.filter((name) => name !== "").length} of ${own.length} matched`;
+      setText(joints, matched);
+      joints.setAttribute("aria-label", `${jointRow.firstElementChild?.textContent ?? ""}: ${matched}`);
       table.update();
     });
 
