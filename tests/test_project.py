@@ -585,6 +585,7 @@ def test_places_are_compared_part_by_part_with_links_followed(tmp_path) -> None:
         "/etc/passwd",
         "~root/a.bvh",
         "a\0.bvh",
+        "~nobody knows/a.bvh",
     ):
         with pytest.raises(OptionError, match=r"outside the folders|no path"):
             places.find(path)
@@ -596,6 +597,9 @@ def test_a_refusal_says_what_to_type(tmp_path) -> None:
     with pytest.raises(OptionError) as found:
         places.find(one / "a.bvh", beside=[one / "b.bvh", here / "c.bvh", two / "d.bvh"])
     assert str(found.value).endswith(f"type: retime edit --project p.retime --folder '{one}' --folder {two}")
+    # Of a folder it is the folder itself, not the one that it is in; what is no path does not stand in the way.
+    with pytest.raises(OptionError, match=f"--folder {two}$"):
+        places.find(two, beside=["a\0.bvh", "~nobody knows/a.bvh"])
     with pytest.raises(OptionError, match=r"os\.chdir"):
         Places([here]).find(one / "a.bvh")
 

@@ -388,6 +388,7 @@ def test_a_page_asks_whether_a_file_may_be_used(served, tmp_path) -> None:
         for path, says in (("new.bvh", "there is no such file"), (served.folder, "a folder, not a file")):
             place, refused = asked(path)
             assert (place, says in str(refused)) == ("", True)
+        assert "name too long" in str(asked(400 * "a" + ".bvh")[1])
         place, refused = asked(outside)
         assert place == ""
         assert str(refused).endswith(f"type: retime edit jump.bvh --folder {outside.parent}")

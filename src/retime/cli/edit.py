@@ -154,9 +154,8 @@ def _command(
 
 def _hint_at_folders(files: list[str], places: Places) -> None:
     """Say at once what the page would say about a project whose files lie elsewhere."""
-    refused = [file for file in files if not places.allows(file)]
-    if refused:
-        try:
-            places.find(refused[0], reading=True, beside=refused)
-        except OptionError as error:
-            warnings.warn(str(error), RetimeWarning, stacklevel=2)
+    try:
+        for file in files:
+            places.find(file, reading=True, beside=files)
+    except OptionError as error:
+        warnings.warn(str(error), RetimeWarning, stacklevel=2)

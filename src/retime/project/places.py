@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shlex
 from collections.abc import Iterable, Sequence
@@ -52,12 +53,15 @@ class Places:
     def contains(self, path: str | PathLike[str]) -> bool:
         """Whether a path, all its links followed, lies in one of the folders."""
         # Component by component: /clips2 begins with the letters of /clips, but is not in it.
-        place = Path(os.path.realpath(self._from_first(path)))
-        return any(place.is_relative_to(folder) for folder in self.folders)
+        return self._inside(self._place(path))
 
     def allows(self, path: str | PathLike[str]) -> bool:
-        """Whether a file may be read."""
-        return self.contains(path) or Path(os.path.realpath(self._from_first(path))) in self._files
+        """Whether a file may be read; raise OptionError where it is no path."""
+        place = self._place(path)
+        return self._inside(place) or place in self._files
+
+    def _inside(self, place: Path) -> bool:
+        return any(place.is_relative_to(folder) for folder in self.folders)
 
     def find(
         self, path: str | PathLike[str], *, reading: bool = False, beside: Iterable[str | PathLike[str]] = ()
@@ -78,16 +82,20 @@ class Places:
         OptionError
             It lies outside.
         """
-        try:
-            place = Path(os.path.realpath(self._from_first(path)))
-        except ValueError:
-            raise OptionError(f"{str(path)!r} is no path") from None
-        if self.contains(place) or (reading and place in self._files):
+        place = self._place(path)
+        if self._inside(place) or (reading and place in self._files):
             return place
-        refused = [place, *(Path(os.path.realpath(self._from_first(one))) for one in beside if not self.allows(one))]
+        refused = [place]
+        for other in beside:
+            # What is no path is refused by itself, when it is asked for.
+            with contextlib.suppress(OptionError):
+                if not self.allows(other):
+                    refused.append(self._place(other))
+        # A name without an ending is a folder's: what is there is not looked at, and not told.
+        folders = [one.parent if one.suffix else one for one in refused]
         raise OptionError(
             f"{path} lies outside the folders that the editor may use ({', '.join(map(str, self.folders))}). "
-            f"{self._remedy([one.parent for one in refused])}"
+            f"{self._remedy(folders)}"
         )
 
     def _remedy(self, folders: Iterable[Path]) -> str:
@@ -100,5 +108,10 @@ class Places:
             f"To allow it, end the editor (Ctrl+C in its terminal) and type: {shlex.join((*self._command, *options))}"
         )
 
-    def _from_first(self, path: str | PathLike[str]) -> Path:
-        return self.folders[0] / Path(path).expanduser()
+    def _place(self, path: str | PathLike[str]) -> Path:
+        """Follow all links of a path; raise OptionError where it is none."""
+        try:
+            return Path(os.path.realpath(self.folders[0] / Path(path).expanduser()))
+        except (ValueError, RuntimeError):
+            # A letter that no name has, or the home of nobody.
+            raise OptionError(f"{str(path)!r} is no path") from None

@@ -400,9 +400,9 @@ class EditorSession:
                 raise OptionError(
                     f"{place}: " + ("a folder, not a file" if place.is_dir() else "there is no such file")
                 )
-        except OptionError as error:
+        except (OptionError, OSError) as error:
             # What lies outside is not told, not even whether it is there.
-            return messages.Found(message.path, "", str(error), False)
+            return messages.Found(message.path, "", words_of(error), False)
         return messages.Found(message.path, str(place), None, place.exists())
 
     def _listing(self, folder: str | None, holds: str) -> messages.Listing:
