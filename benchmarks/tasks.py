@@ -67,10 +67,7 @@ def retime(
     last: int | None = None,
     bounds: bool = True,
 ) -> Run:
-    """Score with retime; search too where a length is given. Without `bounds` each triple meets the whole reference.
-
-    It then begins without a guess at its nearest frames, too.
-    """
+    """Score with retime; search too where a length is given. Without `bounds` each triple meets the whole reference."""
     inputs, reference = _poses(case)
     inputs = inputs[first:last]
     use: Any = backend(kernels)
@@ -81,7 +78,6 @@ def retime(
         stages.lap("model")
         if long:
             use._LONG = long if bounds else sys.maxsize
-            use._GUESS = bounds
         scores = triple_scores(inputs, model, max_skip=max_skip, n_neighbors=N_NEIGHBORS, score=score, use=use)
         stages.lap("scores")
         if n_output:

@@ -13,8 +13,6 @@ from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kerne
 _MOST_THREADS = 256
 # A reference of so many frames is worth putting in order.
 _LONG = 4096
-# Begin each triple with the neighbours of the one before it. Benchmarks do without, to tell what bounds gain.
-_GUESS = True
 # kPanel in tiles.hpp.
 _BLOCK = 64
 # Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
@@ -45,22 +43,18 @@ def joint_scores(
     n_reference = len(reference)
     out = np.full((n_input, max_skip, max_skip, *([n_neighbors] if each else [])), np.inf)
     scale = _scale(inputs, reference)
-    low_inputs, low_reference = inputs * scale, reference * scale
-    following = np.arange(1, n_reference + 1, dtype=np.int32)
-    following[-1] = -1
-    long = n_reference >= _LONG
-    if long:
-        low_inputs, low_reference = _projected(low_inputs, low_reference.reshape(-1, n_numbers))
-        order = _neighborhoods(low_reference.astype(np.float32))
-        place = np.empty(n_reference + 1, dtype=np.int32)
-        place[order], place[n_reference] = np.arange(n_reference), -1
-        following = place[order + 1]
-        reference, low_reference = reference[order], low_reference[order]
-    if not _GUESS:
-        following = following[:0]
-    _kernels.joint_scores(
-        inputs, reference, max_skip, velocity, acceleration, n_neighbors,
-        low_inputs, low_reference, scale, following, not long, long, n_threads(), each, out,
+    if n_reference < _LONG:
+        _kernels.joint_scores(
+            inputs, reference, max_skip, velocity, acceleration, n_neighbors, scale, n_threads(), each, out
+        )
+        return out
+    low_inputs, low_reference = _projected(inputs * scale, (reference * scale).reshape(-1, n_numbers))
+    order = _neighborhoods(low_reference.astype(np.float32))
+    place = np.empty(n_reference + 1, dtype=np.int32)
+    place[order], place[n_reference] = np.arange(n_reference), -1
+    _kernels.bounded_scores(
+        inputs, reference[order], max_skip, velocity, acceleration, n_neighbors,
+        low_inputs, low_reference[order], scale, place[order + 1], n_threads(), each, out,
     )  # fmt: skip
     return out
 

@@ -10,33 +10,6 @@
 
 namespace retime {
 
-// How many steps b a kernel takes at a time. Vectors of the compiler's own, as wide as the registers: left to itself it keeps such sums
-// in memory, and so it does with wider ones.
-#if defined(__GNUC__)
-struct OneStep {
-    typedef double Sums;
-    typedef int64_t Steps;
-};
-struct TwoSteps {
-    typedef double Sums __attribute__((vector_size(16)));
-    typedef int64_t Steps __attribute__((vector_size(16)));
-};
-struct FourSteps {
-    typedef double Sums __attribute__((vector_size(32)));
-    typedef int64_t Steps __attribute__((vector_size(32)));
-};
-struct EightSteps {
-    typedef double Sums __attribute__((vector_size(64)));
-    typedef int64_t Steps __attribute__((vector_size(64)));
-};
-#else
-struct OneStep {
-    using Sums = double;
-    using Steps = int64_t;
-};
-using TwoSteps = OneStep;
-#endif
-
 // Asks for a cache line that will be read soon.
 RETIME_INLINE void prefetch(const void* place) {
 #if defined(__GNUC__)
@@ -55,8 +28,8 @@ RETIME_INLINE void prefetch(const void* place) {
 template <typename Lanes, int kPacks>
 RETIME_INLINE void extend_packs(int64_t s, const double* leaving, const double* f, int64_t nearest, int64_t farthest, double charge, double* best,
                                 uint8_t* step) {
-    using Sums = typename Lanes::Sums;
-    using Steps = typename Lanes::Steps;
+    using Sums = typename Lanes::Numbers;
+    using Steps = typename Lanes::Integers;
     constexpr int kLanes = sizeof(Sums) / sizeof(double);
     Sums least[kPacks];
     Steps from[kPacks];
@@ -85,7 +58,7 @@ RETIME_INLINE void extend_packs(int64_t s, const double* leaving, const double* 
 template <typename Lanes>
 RETIME_INLINE void extend(int64_t s, const double* leaving, const double* f, int64_t nearest, int64_t farthest, double charge, double* best,
                           uint8_t* step) {
-    constexpr int64_t kLanes = sizeof(typename Lanes::Sums) / sizeof(double);
+    constexpr int64_t kLanes = sizeof(typename Lanes::Numbers) / sizeof(double);
     constexpr int kEight = kLanes < 8 ? 8 / kLanes : 1;
     if (s == 8 && nearest == 1 && farthest == 8) return extend_packs<Lanes, kEight>(8, leaving, f, 1, 8, charge, best, step);
     int64_t b = 0;
@@ -102,21 +75,21 @@ RETIME_INLINE void extend(int64_t s, const double* leaving, const double* f, int
     }
     if constexpr (kLanes > 4)
         if (s >= 4) {
-            extend_packs<FourSteps, 1>(s, leaving, f, nearest, farthest, charge, best, step);
-            if (s > 4) extend_packs<FourSteps, 1>(s, leaving, f + s - 4, nearest, farthest, charge, best + s - 4, step + s - 4);
+            extend_packs<Four, 1>(s, leaving, f, nearest, farthest, charge, best, step);
+            if (s > 4) extend_packs<Four, 1>(s, leaving, f + s - 4, nearest, farthest, charge, best + s - 4, step + s - 4);
             return;
         }
-    for (; b < s; ++b) extend_packs<OneStep, 1>(s, leaving, f + b, nearest, farthest, charge, best + b, step + b);
+    for (; b < s; ++b) extend_packs<One, 1>(s, leaving, f + b, nearest, farthest, charge, best + b, step + b);
 }
 
 // Defines the versions of a kernel from one body, a template over the steps taken at a time.
 #define RETIME_STEP_VERSIONS(result, kernel, parameters, arguments)                   \
-    result kernel##_plain parameters { return kernel##_body<TwoSteps> arguments; }     \
+    result kernel##_plain parameters { return kernel##_body<Two> arguments; }     \
     RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)
 #if RETIME_X86
 #define RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)                            \
-    RETIME_AVX2 result kernel##_avx2 parameters { return kernel##_body<FourSteps> arguments; }      \
-    RETIME_AVX512 result kernel##_avx512 parameters { return kernel##_body<EightSteps> arguments; }
+    RETIME_AVX2 result kernel##_avx2 parameters { return kernel##_body<Four> arguments; }      \
+    RETIME_AVX512 result kernel##_avx512 parameters { return kernel##_body<Eight> arguments; }
 #else
 #define RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)
 #endif

@@ -40,13 +40,20 @@ nb::object to_python(retime::Path&& path) {
 NB_MODULE(_kernels, m) {
     m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
 
-    m.def("joint_scores",
+    m.def("joint_scores", [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, double scale,
+                             int n_threads, bool each, Output out) {
+        const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
+        nb::gil_scoped_release unlocked;
+        retime::joint_scores(p, scale, n_threads, each, out.data());
+    });
+
+    m.def("bounded_scores",
           [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Doubles low_input,
-             Doubles low_reference, double scale, Rows following, bool tight, bool prune, int n_threads, bool each, Output out) {
+             Doubles low_reference, double scale, Rows following, int n_threads, bool each, Output out) {
               const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
-              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, following.shape(0) ? following.data() : nullptr, tight, prune};
+              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, following.data()};
               nb::gil_scoped_release unlocked;
-              retime::joint_scores(p, low, n_threads, each, out.data());
+              retime::bounded_scores(p, low, n_threads, each, out.data());
           });
 
     m.def("conditional_scores",

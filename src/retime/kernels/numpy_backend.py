@@ -1,8 +1,8 @@
 """The kernels in NumPy: slower, always there, and the same answers to the last bit.
 
-Distances that end up in a score are summed in the order that the compiled kernels use: 32 running sums over the
-vector, halved to one. Products that only choose candidates may round as they like; a bound on their error makes
-sure that no neighbour is missed.
+Distances that end up in a score are summed in the order that the compiled kernels use: 16 running sums over each
+part of a vector, halved to one. Products that only choose candidates may round as they like; a bound on their error
+makes sure that no neighbour is missed.
 """
 
 from __future__ import annotations
@@ -14,19 +14,25 @@ import numpy as np
 
 from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath
 
-_LANES = 32
-# kCancelled in scores.cpp.
+_LANES = 16
+# kCancelled in measure.hpp.
 _CANCELLED = 1e-3
 _BLOCK_NUMBERS = 4 << 20
 # Numbers of the pairs that are measured at once.
 _PAIR_NUMBERS = 1 << 21
 
 
+def _padded(numbers: FloatArray) -> FloatArray:
+    """Append zeros to the last axis, until all running sums have as many."""
+    n = numbers.shape[-1]
+    padded = np.zeros((*numbers.shape[:-1], -(-n // _LANES) * _LANES))
+    padded[..., :n] = numbers
+    return padded
+
+
 def _added_in_order(terms: FloatArray) -> FloatArray:
     """Add terms over the last axis, in the kernels' order."""
-    n = terms.shape[-1]
-    padded = np.zeros((*terms.shape[:-1], -(-n // _LANES) * _LANES))
-    padded[..., :n] = terms
+    padded = _padded(terms)
     lanes = np.zeros((*terms.shape[:-1], _LANES))
     for start in range(0, padded.shape[-1], _LANES):
         lanes += padded[..., start : start + _LANES]
@@ -86,22 +92,22 @@ def _candidates(
 
 
 def _nearest(
-    exact: tuple[FloatArray, FloatArray],
-    measure: Callable[[FloatArray, FloatArray], FloatArray],
+    n_queries: int,
+    measure: Callable[[IntArray, IntArray], FloatArray],
     parts: Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]],
     n_neighbors: int,
+    n_numbers: int,
 ) -> tuple[IntArray, FloatArray]:
     """Measure candidates: rows and distances (n_queries, n_neighbors), the nearest first, ties to the earlier."""
-    queries, rows = exact
-    found = np.empty((len(queries), n_neighbors), dtype=np.int64)
-    distances = np.empty((len(queries), n_neighbors))
-    most = max(1, _PAIR_NUMBERS // rows.shape[1])
+    found = np.empty((n_queries, n_neighbors), dtype=np.int64)
+    distances = np.empty((n_queries, n_neighbors))
+    most = max(1, _PAIR_NUMBERS // n_numbers)
     for which, query, row in parts:
         distance = np.empty(len(row))
         # One query alone may have all rows as candidates.
         for begin in range(0, len(row), most):
             some = slice(begin, begin + most)
-            distance[some] = measure(queries[which[query[some]]], rows[row[some]])
+            distance[some] = measure(which[query[some]], row[some])
         order = np.lexsort((row, distance, query))
         place = order[np.searchsorted(query, np.arange(len(which)))[:, None] + np.arange(n_neighbors)]
         found[which], distances[which] = row[place], distance[place]
@@ -111,7 +117,13 @@ def _nearest(
 def nearest_features(features: FloatArray, reference: FloatArray, n_neighbors: int) -> tuple[IntArray, FloatArray]:
     """Return rows and distances (n_features, n_neighbors) of the nearest reference features, ties to the earlier."""
     parts = _candidates(features, reference, n_neighbors)
-    return _nearest((features, reference), feature_distances, parts, n_neighbors)
+    return _nearest(
+        len(features),
+        lambda query, row: feature_distances(features[query], reference[row]),
+        parts,
+        n_neighbors,
+        reference.shape[1],
+    )
 
 
 def mean_in_order(distances: FloatArray) -> FloatArray:
@@ -128,21 +140,59 @@ def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> In
     origin = poses.mean(axis=0)
     blur = 2.0**-50 * math.sqrt(poses.shape[1]) * max(float(np.abs(inputs).max()), float(np.abs(poses).max()))
     parts = _candidates(inputs - origin, poses - origin, n_neighbors, blur)
-    return _nearest((inputs, poses), squared_distances, parts, n_neighbors)[0]
+    return _nearest(
+        len(inputs),
+        lambda query, row: squared_distances(inputs[query], poses[row]),
+        parts,
+        n_neighbors,
+        poses.shape[1],
+    )[0]
 
 
-def _triples(
-    inputs: FloatArray, a: int, b: int, velocity: float, acceleration: float
-) -> tuple[slice, FloatArray, FloatArray, FloatArray]:
-    """Return the middle frames of skips (a, b), and their poses, velocities and accelerations."""
-    n_input = len(inputs)
-    before, here, after = inputs[: n_input - a - b], inputs[a : n_input - b], inputs[a + b :]
-    return (
-        slice(a, n_input - b),
-        here,
-        (after - before) * velocity,
-        ((after - here) - (here - before)) * acceleration,
-    )
+class _Steps:
+    """Squared distances of triples to reference frames; see `Measure` in measure.hpp, whose arithmetic this is."""
+
+    def __init__(
+        self, inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float
+    ) -> None:
+        n_numbers = inputs.shape[1]
+        self.inputs, self.velocity, self.acceleration = inputs, velocity, acceleration
+        self.poses = reference[:, :n_numbers]
+        self.dz, self.ddz = reference[:, n_numbers : 2 * n_numbers], reference[:, 2 * n_numbers :]
+        self.plus = velocity * self.dz + acceleration * self.ddz
+        self.minus = velocity * self.dz - acceleration * self.ddz
+        self.zz = _dots(self.dz, self.dz) + _dots(self.ddz, self.ddz)
+        # Steps of b frames belong to the frame that they leave.
+        self.steps = [inputs[b:] - inputs[:-b] for b in range(1, min(max_skip, len(inputs) - 2) + 1)]
+        self.lengths = [_dots(step, step) for step in self.steps]
+
+    def triples(self, a: int, b: int) -> None:
+        """Take triples (i, i + a, i + a + b) next."""
+        n_triples = len(self.inputs) - a - b
+        self.a, self.b = a, b
+        self.f, self.e = self.steps[a - 1][:n_triples], self.steps[b - 1][a:]
+        ef = _dots(self.f, self.e)
+        total = self.lengths[b - 1][a:] + self.lengths[a - 1][:n_triples]
+        vv, ww = self.velocity * self.velocity, self.acceleration * self.acceleration
+        self.moved = vv * (total + 2 * ef) + ww * (total - 2 * ef)
+        self.size = (vv + ww) * (2 * total)
+
+    def movement(self, i: IntArray | slice) -> tuple[FloatArray, FloatArray]:
+        """Scaled velocities and accelerations of triples."""
+        after, before = self.inputs[self.a + self.b :][i], self.inputs[i]
+        return (after - before) * self.velocity, (self.e[i] - self.f[i]) * self.acceleration
+
+    def squares(self, i: IntArray, row: IntArray, poses: FloatArray | float) -> FloatArray:
+        """Squared distances of pairs of a triple and a row, whose poses are so far apart."""
+        along = _dots(self.plus[row], self.e[i]) + _dots(self.minus[row], self.f[i])
+        total = poses + ((self.moved[i] - 2 * along) + self.zz[row])
+        lost = np.flatnonzero(~(total > _CANCELLED * (self.size[i] + self.zz[row])))
+        if len(lost):
+            which = row[lost]
+            move = np.concatenate([_padded(part) for part in self.movement(i[lost])], axis=1)
+            there = np.concatenate([_padded(self.dz[which]), _padded(self.ddz[which])], axis=1)
+            total[lost] = (poses[lost] if isinstance(poses, np.ndarray) else poses) + squared_distances(move, there)
+        return np.asarray(total)
 
 
 def joint_scores(
@@ -156,58 +206,42 @@ def joint_scores(
     each: bool = False,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
-    out = np.full((len(inputs), max_skip, max_skip, n_neighbors), np.inf)
+    n_input = len(inputs)
+    out = np.full((n_input, max_skip, max_skip, n_neighbors), np.inf)
+    steps = _Steps(inputs, reference, max_skip, velocity, acceleration)
+
+    def measure(i: IntArray, row: IntArray) -> FloatArray:
+        poses = squared_distances(inputs[i + steps.a], steps.poses[row])
+        return np.sqrt(steps.squares(i, row, poses))
+
     for a in range(1, max_skip + 1):
         for b in range(1, max_skip + 1):
-            if a + b >= len(inputs):
+            if a + b >= n_input:
                 break
-            middle, *features = _triples(inputs, a, b, velocity, acceleration)
-            queries = np.concatenate(features, axis=1)
-            out[middle, a - 1, b - 1] = nearest_features(queries, reference, n_neighbors)[1]
+            steps.triples(a, b)
+            queries = np.concatenate([inputs[a : n_input - b], *steps.movement(slice(0, n_input - a - b))], axis=1)
+            parts = _candidates(queries, reference, n_neighbors)
+            found = _nearest(len(queries), measure, parts, n_neighbors, reference.shape[1])
+            out[a : n_input - b, a - 1, b - 1] = found[1]
     return out if each else mean_in_order(out)
 
 
 def conditional_scores(
     inputs: FloatArray, reference: FloatArray, nearest: IntArray, max_skip: int, velocity: float, acceleration: float
 ) -> FloatArray:
-    """Score triples; see `retime.kernels.Backend`, and conditional_rows in scores.cpp, whose arithmetic this is."""
-    n_input, n_numbers = inputs.shape
-    n_neighbors = nearest.shape[1]
+    """Score triples; see `retime.kernels.Backend`."""
+    n_input = len(inputs)
     out = np.full((n_input, max_skip, max_skip), np.inf)
-    reach = min(max_skip, n_input - 2)
-    moves = reference[:, n_numbers:]
-    # Inner products of the steps after a frame (e), before it (f), and the reference's movement (dz, ddz).
-    e = [inputs[b:] - inputs[:-b] for b in range(1, reach + 1)]
-    ee = [_dots(step, step) for step in e]
-    near = [(moves[nearest[:, m], :n_numbers], moves[nearest[:, m], n_numbers:]) for m in range(n_neighbors)]
-    zz = [_dots(dz, dz) + _dots(ddz, ddz) for dz, ddz in near]
-    e_near = [[[_dots(step, z[: len(step)]) for z in pair] for pair in near] for step in e]
-    f_near = [[[_dots(step, z[len(z) - len(step) :]) for z in pair] for pair in near] for step in e]
-    vv, ww = velocity * velocity, acceleration * acceleration
-    for a in range(1, reach + 1):
-        for b in range(1, reach + 1):
+    steps = _Steps(inputs, reference, max_skip, velocity, acceleration)
+    for a in range(1, max_skip + 1):
+        for b in range(1, max_skip + 1):
             if a + b >= n_input:
                 break
-            middle, _, speed, change = _triples(inputs, a, b, velocity, acceleration)
-            # Rows of e belong to the frame that they leave, rows of f to the one that they reach.
-            after, before = slice(a, None), slice(0, n_input - a - b)
-            ef = _dots(e[b - 1][after], e[a - 1][before])
-            total = ee[b - 1][after] + ee[a - 1][before]
-            moved = vv * (total + 2 * ef) + ww * (total - 2 * ef)
-            size = (vv + ww) * (2 * total)
-            squares = np.empty((len(total), n_neighbors))
-            for m in range(n_neighbors):
-                (e_dz, e_ddz), (f_dz, f_ddz) = e_near[b - 1][m], f_near[a - 1][m]
-                along = velocity * (e_dz[after] + f_dz[before]) + acceleration * (e_ddz[after] - f_ddz[before])
-                square = (moved - 2 * along) + zz[m][middle]
-                lost = np.flatnonzero(~(square > _CANCELLED * (size + zz[m][middle])))
-                if len(lost):
-                    move = np.concatenate([speed[lost], change[lost]], axis=1)
-                    square[lost] = squared_distances(move, moves[nearest[middle][lost, m]])
-                squares[:, m] = square
-            distance = np.sqrt(squares)
-            distance.sort(axis=1)
-            out[middle, a - 1, b - 1] = mean_in_order(distance)
+            steps.triples(a, b)
+            i = np.arange(n_input - a - b)
+            distances = np.sqrt(np.stack([steps.squares(i, row[a : n_input - b], 0.0) for row in nearest.T], axis=1))
+            distances.sort(axis=1)
+            out[a : n_input - b, a - 1, b - 1] = mean_in_order(distances)
     return out
 
 

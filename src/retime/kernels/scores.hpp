@@ -13,21 +13,23 @@ struct ScoreProblem {
     double velocity, acceleration;  // factors of first and second differences
 };
 
+// Mean distances to the nearest reference features into out (n_input, max_skip, max_skip), or with `each` the distances themselves, the
+// smallest first, into out (n_input, max_skip, max_skip, n_neighbors). Triples outside the input are left as they are. `scale` times the
+// largest number is at most 1.
+void joint_scores(const ScoreProblem& problem, double scale, int n_threads, bool each, double* out);
+
 // The same poses and features in fewer numbers, times `scale`: an orthogonal projection, so that distances here are at most those there,
-// times scale. They find candidates.
+// times scale.
 struct Projection {
     const double* input;      // (n_input, depth), numbers within [-1, 1]
     const double* reference;  // (n_reference, 3 * depth)
     size_t depth;
     double scale;
-    const int32_t* following;  // (n_reference): the row of the next frame in time, or -1; null: triples begin without a guess
-    bool tight;                // nothing was left out: the same distances, times scale
-    bool prune;                // reject blocks of 64 rows by their centres; pays where neighbouring rows are close together
+    const int32_t* following;  // (n_reference): the row of the next frame in time, or -1
 };
 
-// Mean distances to the nearest reference features into out (n_input, max_skip, max_skip), or with `each` the distances themselves, the
-// smallest first, into out (n_input, max_skip, max_skip, n_neighbors). Triples outside the input are left as they are.
-void joint_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out);
+// The same scores; quicker where the reference is long, and each 64 rows of it, from the first on, are near one another.
+void bounded_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out);
 
 // The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each row of `input`, the nearest first, ties to the earlier row.
 // low_input and low_poses: the same about another origin, times `scale`; `blur` bounds what a distance between them is off by.

@@ -2,6 +2,7 @@
 // fixed order and never contracted, so their results don't. RETIME_SIMD=plain or avx2 in the environment narrows the choice.
 #pragma once
 
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 
@@ -24,6 +25,37 @@
 #endif
 
 namespace retime {
+
+// Numbers that a kernel takes at a time. Vectors of the compiler's own, as wide as the registers: left to itself it keeps sums in memory,
+// and so it does with wider ones.
+struct One {
+    typedef double Numbers;
+    typedef int64_t Integers;
+};
+#if defined(__GNUC__)
+struct Two {
+    typedef double Numbers __attribute__((vector_size(16)));
+    typedef int64_t Integers __attribute__((vector_size(16)));
+};
+struct Four {
+    typedef double Numbers __attribute__((vector_size(32)));
+    typedef int64_t Integers __attribute__((vector_size(32)));
+};
+struct Eight {
+    typedef double Numbers __attribute__((vector_size(64)));
+    typedef int64_t Integers __attribute__((vector_size(64)));
+};
+#else
+using Two = One;
+using Four = One;
+#endif
+
+// Those of two vectors' numbers that stand in the given places.
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define RETIME_SHUFFLE(...) __builtin_shufflevector(__VA_ARGS__)
+#endif
+#endif
 
 enum class Simd { plain, avx2, avx512 };
 

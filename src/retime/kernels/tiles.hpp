@@ -2,7 +2,10 @@
 // candidates, so products may be contracted here.
 #pragma once
 
-#include "kernels.hpp"
+#include <algorithm>
+#include <limits>
+
+#include "measure.hpp"
 
 #if RETIME_X86
 #include <immintrin.h>
@@ -12,8 +15,6 @@ namespace retime {
 
 // Columns are kept in panels of so many: panel p of a (depth, n) matrix holds its columns [64 p, 64 p + 64), row after row.
 constexpr size_t kPanel = 64;
-// Triples that `scan` takes at once: the same first two frames.
-constexpr size_t kGroup = 8;
 
 // A block of kPanel numbers where some of a group may be within their limits: bit g stands for the g-th of them.
 struct Hit {
@@ -82,10 +83,130 @@ inline void near_plain(const Rows& rows, const float* radii, const float* reach,
     }
 }
 
+// least[(g * n_blocks + block) * 16 + lane] = the least of the differences l % 16 == lane of a block, for the blocks from the first on; what
+// is not a number is left out. total[g * 16 + lane]: the least of these in all blocks.
+inline void minima_plain(const Rows& rows, size_t n_blocks, float* least, float* total) {
+    std::fill_n(total, rows.n_group * 16, std::numeric_limits<float>::infinity());
+    for (size_t g = 0; g < rows.n_group; ++g)
+        for (size_t block = 0; block < n_blocks; ++block) {
+            float* to = least + (g * n_blocks + block) * 16;
+            std::fill_n(to, 16, std::numeric_limits<float>::infinity());
+            for (size_t start = block * kPanel; start < (block + 1) * kPanel; start += 16)
+                for (size_t l = 0; l < 16; ++l) {
+                    const float value = rows.at(g, start + l);
+                    to[l] = value < to[l] ? value : to[l];
+                }
+            for (size_t l = 0; l < 16; ++l) total[g * 16 + l] = std::min(total[g * 16 + l], to[l]);
+        }
+}
+
+// For each of a group the count-th least of its 16 numbers `total`, each that of a lane; infinity where there are not so many. Numbers that
+// are not of the group's may be any.
+RETIME_INLINE void nth_least(const float* total, size_t count, float* out) {
+#if defined(RETIME_SHUFFLE)
+    typedef float Floats __attribute__((vector_size(16)));
+    constexpr size_t kWidth = 4;
+#else
+    typedef float Floats;
+    constexpr size_t kWidth = 1;
+#endif
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (size_t g = 0; g < kGroup; g += kWidth) {
+        Floats nearest[16];
+        for (auto& some : nearest) some = Floats{} + kInfinity;
+        const auto keep = [&](Floats& more) RETIME_LAMBDA_INLINE {
+            for (size_t m = 0; m < count && m < 16; ++m) {
+                const Floats here = nearest[m];
+                nearest[m] = more < here ? more : here;
+                more = more < here ? here : more;
+            }
+        };
+        for (size_t l = 0; l < 16; l += kWidth) {
+            Floats rows[kWidth];
+            for (size_t m = 0; m < kWidth; ++m) std::memcpy(&rows[m], total + (g + m) * 16 + l, sizeof rows[m]);
+#if defined(RETIME_SHUFFLE)
+            // Rows become columns: one number of each triple.
+            const Floats a = RETIME_SHUFFLE(rows[0], rows[1], 0, 4, 1, 5), b = RETIME_SHUFFLE(rows[0], rows[1], 2, 6, 3, 7);
+            const Floats c = RETIME_SHUFFLE(rows[2], rows[3], 0, 4, 1, 5), d = RETIME_SHUFFLE(rows[2], rows[3], 2, 6, 3, 7);
+            rows[0] = RETIME_SHUFFLE(a, c, 0, 1, 4, 5), rows[1] = RETIME_SHUFFLE(a, c, 2, 3, 6, 7);
+            rows[2] = RETIME_SHUFFLE(b, d, 0, 1, 4, 5), rows[3] = RETIME_SHUFFLE(b, d, 2, 3, 6, 7);
+#endif
+            for (auto& row : rows) keep(row);
+        }
+        const Floats nth = count > 16 ? Floats{} + kInfinity : nearest[count - 1];
+        std::memcpy(out + g, &nth, sizeof nth);
+    }
+}
+
+// near[block]: the numbers of a block that are within the limit of some of a group; bit l stands for the l-th. Returns the blocks that have
+// any. `least` is what `minima` found.
+inline uint32_t nearby_plain(const Rows& rows, size_t n_blocks, const float* least, const float* limits, uint64_t* near) {
+    uint32_t blocks = 0;
+    for (size_t block = 0; block < n_blocks; ++block) {
+        uint64_t found = 0;
+        for (size_t g = 0; g < rows.n_group; ++g) {
+            const float *lanes = least + (g * n_blocks + block) * 16, limit = limits[g];
+            int32_t n_within = 0;
+            for (size_t l = 0; l < 16; ++l) n_within += lanes[l] <= limit;
+            if (n_within == 0) continue;
+            for (size_t l = 0; l < kPanel; ++l) found |= static_cast<uint64_t>(rows.at(g, block * kPanel + l) <= limit) << l;
+        }
+        near[block] = found;
+        blocks |= static_cast<uint32_t>(found != 0) << block;
+    }
+    return blocks;
+}
+
 #if RETIME_X86
 namespace x86 {
 
-// Products of kRows rows with one panel; the sums stay in registers.
+template <size_t kGroups>
+RETIME_AVX512 inline void minima_avx512(const Rows& rows, size_t n_blocks, float* least, float* total) {
+    __m512 all[kGroups];
+    for (size_t g = 0; g < kGroups; ++g) all[g] = _mm512_set1_ps(__builtin_inff());
+    for (size_t block = 0; block < n_blocks; ++block) {
+        const size_t start = block * kPanel;
+        __m512 here[4];
+        for (size_t part = 0; part < 4; ++part) {
+            const size_t at = start + 16 * part;
+            here[part] = _mm512_sub_ps(_mm512_loadu_ps(rows.here + at), _mm512_loadu_ps(rows.before + at));
+        }
+        for (size_t g = 0; g < kGroups; ++g) {
+            const float* after = rows.after[g] + start;
+            // The minimum is its second operand where the first is not a number.
+            __m512 lanes = _mm512_set1_ps(__builtin_inff());
+            for (size_t part = 0; part < 4; ++part) lanes = _mm512_min_ps(_mm512_sub_ps(here[part], _mm512_loadu_ps(after + 16 * part)), lanes);
+            _mm512_storeu_ps(least + (g * n_blocks + block) * 16, lanes);
+            all[g] = _mm512_min_ps(lanes, all[g]);
+        }
+    }
+    for (size_t g = 0; g < kGroups; ++g) _mm512_storeu_ps(total + g * 16, all[g]);
+}
+
+template <size_t kGroups>
+RETIME_AVX2 inline void minima_avx2(const Rows& rows, size_t n_blocks, float* least, float* total) {
+    for (size_t half = 0; half < 16; half += 8) {
+        __m256 all[kGroups];
+        for (size_t g = 0; g < kGroups; ++g) all[g] = _mm256_set1_ps(__builtin_inff());
+        for (size_t block = 0; block < n_blocks; ++block) {
+            const size_t start = block * kPanel + half;
+            __m256 here[4];
+            for (size_t part = 0; part < 4; ++part) {
+                const size_t at = start + 16 * part;
+                here[part] = _mm256_sub_ps(_mm256_loadu_ps(rows.here + at), _mm256_loadu_ps(rows.before + at));
+            }
+            for (size_t g = 0; g < kGroups; ++g) {
+                const float* after = rows.after[g] + start;
+                __m256 lanes = _mm256_set1_ps(__builtin_inff());
+                for (size_t part = 0; part < 4; ++part) lanes = _mm256_min_ps(_mm256_sub_ps(here[part], _mm256_loadu_ps(after + 16 * part)), lanes);
+                _mm256_storeu_ps(least + (g * n_blocks + block) * 16 + half, lanes);
+                all[g] = _mm256_min_ps(lanes, all[g]);
+            }
+        }
+        for (size_t g = 0; g < kGroups; ++g) _mm256_storeu_ps(total + g * 16 + half, all[g]);
+    }
+}
+
 template <size_t kRows>
 RETIME_AVX512 inline void panel_avx512(const float* rows, size_t depth, const float* panel, float* out, size_t stride) {
     __m512 sum[kRows][4];
@@ -173,6 +294,47 @@ RETIME_AVX2 inline size_t scan_avx2(const Rows& rows, const float* limits, const
 
 }  // namespace x86
 
+RETIME_AVX512 inline uint32_t nearby_avx512(const Rows& rows, size_t n_blocks, const float* least, const float* limits, uint64_t* near) {
+    uint32_t blocks = 0;
+    for (size_t block = 0; block < n_blocks; ++block) {
+        const size_t start = block * kPanel;
+        uint64_t found = 0;
+        for (size_t g = 0; g < rows.n_group; ++g) {
+            const __m512 limit = _mm512_set1_ps(limits[g]);
+            if (!_mm512_cmp_ps_mask(_mm512_loadu_ps(least + (g * n_blocks + block) * 16), limit, _CMP_LE_OQ)) continue;
+            for (size_t l = 0; l < kPanel; l += 16) {
+                const __m512 row = _mm512_sub_ps(_mm512_loadu_ps(rows.here + start + l), _mm512_loadu_ps(rows.before + start + l));
+                const __m512 value = _mm512_sub_ps(row, _mm512_loadu_ps(rows.after[g] + start + l));
+                found |= static_cast<uint64_t>(_mm512_cmp_ps_mask(value, limit, _CMP_LE_OQ)) << l;
+            }
+        }
+        near[block] = found;
+        blocks |= static_cast<uint32_t>(found != 0) << block;
+    }
+    return blocks;
+}
+
+RETIME_AVX2 inline uint32_t nearby_avx2(const Rows& rows, size_t n_blocks, const float* least, const float* limits, uint64_t* near) {
+    uint32_t blocks = 0;
+    for (size_t block = 0; block < n_blocks; ++block) {
+        const size_t start = block * kPanel;
+        uint64_t found = 0;
+        for (size_t g = 0; g < rows.n_group; ++g) {
+            const __m256 limit = _mm256_set1_ps(limits[g]);
+            const float* lanes = least + (g * n_blocks + block) * 16;
+            if (!_mm256_movemask_ps(_mm256_cmp_ps(_mm256_min_ps(_mm256_loadu_ps(lanes), _mm256_loadu_ps(lanes + 8)), limit, _CMP_LE_OQ))) continue;
+            for (size_t l = 0; l < kPanel; l += 8) {
+                const __m256 row = _mm256_sub_ps(_mm256_loadu_ps(rows.here + start + l), _mm256_loadu_ps(rows.before + start + l));
+                const __m256 within = _mm256_cmp_ps(_mm256_sub_ps(row, _mm256_loadu_ps(rows.after[g] + start + l)), limit, _CMP_LE_OQ);
+                found |= static_cast<uint64_t>(static_cast<uint32_t>(_mm256_movemask_ps(within))) << l;
+            }
+        }
+        near[block] = found;
+        blocks |= static_cast<uint32_t>(found != 0) << block;
+    }
+    return blocks;
+}
+
 RETIME_AVX512 inline uint64_t within_avx512(const float* here, const float* before, const float* after, float limit) {
     uint64_t found = 0;
     for (size_t l = 0; l < kPanel; l += 16) {
@@ -225,6 +387,18 @@ RETIME_AVX2 inline void near_avx2(const Rows& rows, const float* radii, const fl
             for (; row < n_rows; ++row) x86::panel_##level<1>(rows + row * depth, depth, panel, out + row * stride + p * kPanel, stride);              \
         }                                                                                                                                              \
     }                                                                                                                                                  \
+    TARGET inline void minima_##level(const Rows& rows, size_t n_blocks, float* least, float* total) {                                                 \
+        switch (rows.n_group) {                                                                                                                        \
+            case 1: return x86::minima_##level<1>(rows, n_blocks, least, total);                                                                       \
+            case 2: return x86::minima_##level<2>(rows, n_blocks, least, total);                                                                       \
+            case 3: return x86::minima_##level<3>(rows, n_blocks, least, total);                                                                       \
+            case 4: return x86::minima_##level<4>(rows, n_blocks, least, total);                                                                       \
+            case 5: return x86::minima_##level<5>(rows, n_blocks, least, total);                                                                       \
+            case 6: return x86::minima_##level<6>(rows, n_blocks, least, total);                                                                       \
+            case 7: return x86::minima_##level<7>(rows, n_blocks, least, total);                                                                       \
+            default: return x86::minima_##level<8>(rows, n_blocks, least, total);                                                                       \
+        }                                                                                                                                              \
+    }                                                                                                                                                  \
     TARGET inline size_t scan_##level(const Rows& rows, const float* limits, const uint32_t* blocks, size_t n_blocks, Hit* hits) {                     \
         switch (rows.n_group) {                                                                                                                        \
             case 1: return x86::scan_##level<1>(rows, limits, blocks, n_blocks, hits);                                                                 \
@@ -241,5 +415,25 @@ RETIME_TILE_KERNELS(avx2, RETIME_AVX2)
 RETIME_TILE_KERNELS(avx512, RETIME_AVX512)
 #undef RETIME_TILE_KERNELS
 #endif
+
+// What one kind of machine has: vectors of double precision, rows whose running sums its registers hold, and the loops.
+#define RETIME_LEVEL(Name, level, Vectors, rows, wide)                                    \
+    struct Name {                                                                        \
+        using Pack = Vectors;                                                            \
+        static constexpr size_t kRows = rows;                                            \
+        static constexpr bool kWide = wide;                                              \
+        static constexpr auto products = products_##level;                               \
+        static constexpr auto minima = minima_##level;                                   \
+        static constexpr auto nearby = nearby_##level;                                   \
+        static constexpr auto scan = scan_##level;                                       \
+        static constexpr auto within = within_##level;                                   \
+        static constexpr auto near = near_##level;                                       \
+    };
+RETIME_LEVEL(Plain, plain, Two, 1, false)
+#if RETIME_X86
+RETIME_LEVEL(Avx2, avx2, Four, 2, true)
+RETIME_LEVEL(Avx512, avx512, Eight, 4, true)
+#endif
+#undef RETIME_LEVEL
 
 }  // namespace retime

@@ -1,0 +1,305 @@
+// The joint score against long references, put in order beforehand so that each block of rows holds frames near one another.
+//
+// Rows and blocks are rejected by lower bounds of their distance, made in fewer numbers: an orthogonal projection only makes distances
+// shorter, and no row is nearer than its block's centre less its radius. Invariant: each triple keeps the n_neighbors nearest rows met so
+// far, measured exactly; what is farther than the last of these, or than as many rows that were guessed, need not be looked at.
+
+#include <numeric>
+
+#include "candidates.hpp"
+
+namespace retime {
+namespace {
+
+// |y^|^2; n is a multiple of 8.
+RETIME_INLINE double squared_feature(const double* __restrict yi, const double* __restrict yj, const double* __restrict yk, double v, double w, size_t n) {
+    alignas(64) double sum[8] = {};
+    for (size_t d = 0; d < n; d += 8)
+        for (size_t lane = 0; lane < 8; ++lane) {
+            const double here = yj[d + lane], velocity = (yk[d + lane] - yi[d + lane]) * v;
+            const double acceleration = ((yk[d + lane] - here) - (here - yi[d + lane])) * w;
+            sum[lane] += here * here + velocity * velocity + acceleration * acceleration;
+        }
+    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+}
+
+// Blocks of kPanel rows as balls.
+struct Balls {
+    std::vector<double> centres, less;
+    std::vector<float> radii;
+
+    Balls(const double* rows, size_t n_rows, size_t n) {
+        const size_t n_blocks = (n_rows + kPanel - 1) / kPanel;
+        centres.assign(n_blocks * n, 0.0);
+        less.assign(n_blocks, 0.0);
+        radii.assign((n_blocks + kChunk - 1) / kChunk * kChunk, 0.0f);
+        for (size_t block = 0; block < n_blocks; ++block) {
+            const size_t first = block * kPanel, last = std::min(first + kPanel, n_rows);
+            double* centre = centres.data() + block * n;
+            for (size_t l = first; l < last; ++l)
+                for (size_t d = 0; d < n; ++d) centre[d] += rows[l * n + d];
+            for (size_t d = 0; d < n; ++d) centre[d] /= static_cast<double>(last - first);
+            double largest = 0.0;
+            for (size_t l = first; l < last; ++l) {
+                double square = 0.0;
+                for (size_t d = 0; d < n; ++d) square += (rows[l * n + d] - centre[d]) * (rows[l * n + d] - centre[d]);
+                largest = std::max(largest, square);
+            }
+            // A little wider than it is: so it stays when rounded.
+            const double radius = std::sqrt(largest) * 1.000002 + 1e-18;
+            radii[block] = static_cast<float>(radius);
+            less[block] = 0.5 * radius * radius;
+        }
+    }
+};
+
+// What all threads share.
+struct Bounds {
+    const ScoreProblem& p;
+    const Projection& low;
+    Measured measured;
+    std::vector<double> low_input, lengths;
+    std::vector<float> rows;
+    Columns columns;
+    Balls balls;
+    Columns centres;
+
+    Bounds(const ScoreProblem& problem, const Projection& projection)
+        : p(problem),
+          low(projection),
+          measured(problem),
+          low_input(pad_rows(low.input, p.n_input, low.depth, 0, low.depth)),
+          lengths(retime::lengths(low.input, p.n_input, low.depth, 1.0)),
+          rows(with_one(low.input, p.n_input, low.depth, 1.0)),
+          columns(low.reference, p.n_reference, low.depth, p.velocity, p.acceleration, 1.0),
+          balls(low.reference, p.n_reference, 3 * low.depth),
+          centres(balls.centres.data(), balls.less.size(), low.depth, p.velocity, p.acceleration, 1.0, balls.less.data()) {}
+};
+
+// Work on tiles of input frames, one after another, each with chunks of the reference.
+template <typename Level>
+RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
+    const ScoreProblem& p = q.p;
+    const size_t s = p.max_skip, count = p.n_neighbors, depth = q.low.depth + 1, wide_low = padded(q.low.depth), n_panels = q.columns.n_panels;
+    const double v = p.velocity, w = p.acceleration, scale = q.low.scale, unit = rounding(q.low.depth);
+    const size_t n_tile = tile_frames(end - begin, s), n_groups = (s + kGroup - 1) / kGroup;
+    TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
+    TileProducts centre_products(n_tile, s, (q.centres.n_panels + kChunk) * kPanel);
+    TileProducts of_centres = centre_products;
+
+    // Of each group of triples of the tile, and of the frame before the tile: its nearest rows, and what its bounds are made of.
+    const size_t frame_groups = s * n_groups, all_groups = (n_tile + 1) * frame_groups;
+    std::vector<double> squares(all_groups * count * kGroup), base(all_groups * kGroup), margin(base), farthest(base);
+    std::vector<int64_t> ids(squares.size(), -1);
+    std::vector<float> limits(base.size()), reach(base.size());
+    std::vector<uint16_t> masks(all_groups);
+    Measure<Level> exact(q.measured, true);
+
+    // The rows that a group begins with, each once.
+    std::vector<size_t> guesses;
+    std::vector<uint32_t> guessed(p.n_reference, 0);
+    uint32_t n_guessed = 0;
+    std::vector<double> of_guesses(count * kGroup);
+
+    // Lower the limits of a group to what is farthest of its nearest.
+    const auto limit = [&](size_t group) RETIME_LAMBDA_INLINE {
+        for (size_t t = group * kGroup; t < (group + 1) * kGroup; ++t) {
+            const double root = std::sqrt(farthest[t]) * scale, half = 0.5 * root * root, least = half - base[t];
+            limits[t] = static_cast<float>(least + margin[t] + 1e-12 * half + 2.4e-7 * std::abs(least));
+            reach[t] = static_cast<float>(std::min(root, 1e15) * 1.000001);
+        }
+    };
+
+    // One frame on, the reference has likely gone on too; or it is as for the smaller first skip.
+    const auto begin_group = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
+        guesses.clear();
+        ++n_guessed;
+        const auto guess = [&](int64_t row) {
+            if (row < 0 || guessed[static_cast<size_t>(row)] == n_guessed) return;
+            guessed[static_cast<size_t>(row)] = n_guessed;
+            guesses.push_back(static_cast<size_t>(row));
+        };
+        for (size_t m = 0; m < count; ++m)
+            for (size_t g = 0; g < n_group; ++g) {
+                if (j > a && j > begin)
+                    if (const int64_t row = ids[((group - frame_groups) * count + m) * kGroup + g]; row >= 0) guess(q.low.following[row]);
+                if (a > 1) guess(ids[((group - n_groups) * count + m) * kGroup + g]);
+            }
+        std::fill(of_guesses.begin(), of_guesses.end(), kFar);
+        double measured[kGroup];
+        for (const size_t row : guesses) {
+            exact.squares(a, b, n_group, row, exact.find(row), measured);
+            keep_least<Level>(measured, count, of_guesses.data());
+        }
+        std::fill_n(squares.data() + group * count * kGroup, count * kGroup, kFar);
+        std::fill_n(ids.data() + group * count * kGroup, count * kGroup, -1);
+        for (size_t g = 0; g < n_group; ++g) {
+            const size_t i = j - a, k = j + b + g, t = group * kGroup + g;
+            base[t] = 0.5 * squared_feature(q.low_input.data() + i * wide_low, q.low_input.data() + j * wide_low, q.low_input.data() + k * wide_low, v,
+                                            w, wide_low);
+            const double most_v = v * (q.lengths[k] + q.lengths[i]), most_w = w * (q.lengths[k] + 2 * q.lengths[j] + q.lengths[i]);
+            margin[t] = 1e-12 * (q.lengths[j] * q.lengths[j] + most_v * most_v + most_w * most_w) + 1e-30 +
+                        unit * (q.lengths[j] * q.columns.longest_here + q.lengths[i] * q.columns.longest_before + q.lengths[k] * q.columns.longest_after +
+                                q.columns.largest + q.centres.largest);
+            farthest[t] = of_guesses[(count - 1) * kGroup + g];
+        }
+        limit(group);
+    };
+
+    std::vector<Hit> hits(kChunk);
+    // The blocks in the order in which a tile meets them.
+    std::vector<uint32_t> order(n_panels);
+    std::vector<float> radii(q.balls.radii), values(q.centres.n_panels * kPanel), behind(values.size());
+    for (size_t first = begin; first < end; first += n_tile) {
+        const size_t last = std::min(first + n_tile, end);
+        // The last frame of the tile before becomes the first of this one's.
+        if (first > begin) std::copy_n(ids.data() + n_tile * frame_groups * count * kGroup, frame_groups * count * kGroup, ids.data());
+        exact.begin_tile(first, last);
+        // Frames that the tile's triples begin and end with.
+        const size_t before_first = first > s ? first - s : 0, after_last = std::min(last + s, p.n_input), after_first = std::min(first + 1, after_last);
+        const auto multiply = [&](const Columns& columns, size_t panel, size_t n_some, TileProducts& to, size_t column) {
+            const size_t at = panel * depth * kPanel;
+            Level::products(q.rows.data() + first * depth, last - first, depth, columns.here.data() + at, n_some, to.here.data() + column, to.stride);
+            Level::products(q.rows.data() + before_first * depth, last - before_first, depth, columns.before.data() + at, n_some,
+                            to.before.data() + column, to.stride);
+            Level::products(q.rows.data() + after_first * depth, after_last - after_first, depth, columns.after.data() + at, n_some,
+                            to.after.data() + column, to.stride);
+        };
+        const auto rows_of = [&](const TileProducts& of, size_t j, size_t a, size_t b, size_t n_group, size_t column) RETIME_LAMBDA_INLINE {
+            Rows rows{of.here.data() + (j - first) * of.stride + column, of.before.data() + (j - a - before_first) * of.stride + column, {}, n_group};
+            for (size_t g = 0; g < n_group; ++g) rows.after[g] = of.after.data() + (j + b + g - after_first) * of.stride + column;
+            return rows;
+        };
+        const auto each_group = [&](auto work) RETIME_LAMBDA_INLINE {
+            for (size_t j = first; j < last; ++j) {
+                exact.begin_frame(j);
+                for (size_t a = 1; a <= s && a <= j; ++a)
+                    for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup)
+                        work(j, a, b, std::min({kGroup, s - b + 1, p.n_input - j - b}), ((j - first + 1) * s + a - 1) * n_groups + (b - 1) / kGroup);
+            }
+        };
+        multiply(q.centres, 0, q.centres.n_panels, centre_products, 0);
+        // Blocks that are the nearest of some triple come first, then those that come close to that: so limits come down early.
+        std::fill(behind.begin(), behind.end(), static_cast<float>(kFar));
+        for (size_t j = first; j < last; ++j)
+            for (size_t a = 1; a <= s && a <= j; a += 2)
+                for (size_t b = 1; b <= s && j + b < p.n_input; b += 2) {
+                    const Rows rows = rows_of(centre_products, j, a, b, 1, 0);
+                    const float *__restrict here = rows.here, *__restrict before = rows.before, *__restrict after = rows.after[0];
+                    alignas(64) float some[16];
+                    std::fill_n(some, 16, static_cast<float>(kFar));
+                    float* __restrict gap = values.data();
+                    for (size_t at = 0; at < values.size(); at += 16)
+                        for (size_t l = 0; l < 16; ++l) {
+                            const float value = (here[at + l] - before[at + l]) - after[at + l];
+                            gap[at + l] = value;
+                            some[l] = value < some[l] ? value : some[l];
+                        }
+                    const float least = *std::min_element(some, some + 16);
+                    float* __restrict nearest_gap = behind.data();
+                    for (size_t at = 0; at < values.size(); ++at) {
+                        const float more = gap[at] - least;
+                        nearest_gap[at] = more < nearest_gap[at] ? more : nearest_gap[at];
+                    }
+                }
+        std::iota(order.begin(), order.end(), uint32_t{0});
+        std::sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) {
+            return behind[one] < behind[other] || (behind[one] == behind[other] && one < other);
+        });
+        const auto arrange = [&](const std::vector<float>& from, std::vector<float>& to, size_t n_rows) {
+            for (size_t row = 0; row < n_rows; ++row)
+                for (size_t place = 0; place < n_panels; ++place)
+                    to[row * of_centres.stride + place] = from[row * of_centres.stride + order[place]];
+        };
+        arrange(centre_products.here, of_centres.here, last - first);
+        arrange(centre_products.before, of_centres.before, last - before_first);
+        arrange(centre_products.after, of_centres.after, after_last - after_first);
+        for (size_t place = 0; place < n_panels; ++place) radii[place] = q.balls.radii[order[place]];
+
+        for (size_t panel = 0; panel < n_panels; panel += kChunk) {
+            const size_t n_blocks = std::min(kChunk, n_panels - panel);
+            const bool fresh = panel == 0;
+            const uint32_t all = (1u << n_blocks) - 1;
+            uint32_t needed = fresh ? all : 0;
+            const auto near = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
+                uint32_t found[kGroup], any = 0;
+                Level::near(rows_of(of_centres, j, a, b, n_group, panel), radii.data() + panel, reach.data() + group * kGroup,
+                            limits.data() + group * kGroup, found);
+                for (size_t g = 0; g < n_group; ++g) any |= found[g];
+                masks[group] = static_cast<uint16_t>(any & all);
+            };
+            if (!fresh)
+                each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
+                    near(j, a, b, n_group, group);
+                    needed |= masks[group];
+                });
+            for (size_t block = 0; block < n_blocks;) {
+                // Neighbouring blocks together.
+                const size_t from = order[panel + block];
+                size_t n_some = 0;
+                while (block + n_some < n_blocks && needed >> (block + n_some) & 1 && order[panel + block + n_some] == from + n_some) ++n_some;
+                if (n_some) multiply(q.columns, from, n_some, tile, block * kPanel);
+                block += std::max<size_t>(n_some, 1);
+            }
+            each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
+                if (fresh) {
+                    begin_group(j, a, b, n_group, group);
+                    near(j, a, b, n_group, group);
+                }
+                const Rows rows = rows_of(tile, j, a, b, n_group, 0);
+                uint32_t blocks[kChunk];
+                size_t n_some = 0;
+                for (uint32_t some = masks[group]; some; some &= some - 1) blocks[n_some++] = static_cast<uint32_t>(__builtin_ctz(some));
+                const size_t n_hits = Level::scan(rows, limits.data() + group * kGroup, blocks, n_some, hits.data());
+                bool lower = false;
+                for (size_t hit = 0; hit < n_hits; ++hit) {
+                    const size_t column = hits[hit].block * kPanel;
+                    uint64_t found = 0;
+                    for (uint32_t some = hits[hit].group; some; some &= some - 1) {
+                        const size_t g = static_cast<size_t>(__builtin_ctz(some));
+                        found |= Level::within(rows.here + column, rows.before + column, rows.after[g] + column, limits[group * kGroup + g]);
+                    }
+                    // What one triple needs is measured for its neighbours too: a few instructions for all of them.
+                    for (; found; found &= found - 1) {
+                        const size_t row = order[panel + hits[hit].block] * kPanel + static_cast<size_t>(__builtin_ctzll(found)), slot = exact.find(row);
+                        double* far = farthest.data() + group * kGroup;
+                        if (exact.pose(slot) > *std::max_element(far, far + n_group)) continue;
+                        double measured[kGroup], *nearest = squares.data() + group * count * kGroup;
+                        exact.squares(a, b, n_group, row, slot, measured);
+                        keep_least<Level>(measured, count, nearest, static_cast<int64_t>(row), ids.data() + group * count * kGroup);
+                        for (size_t g = 0; g < kGroup; ++g) {
+                            const double worst = nearest[(count - 1) * kGroup + g];
+                            lower |= worst < far[g];
+                            far[g] = worst < far[g] ? worst : far[g];
+                        }
+                    }
+                }
+                if (lower) limit(group);
+            });
+        }
+        each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
+            write_least(squares.data() + group * count * kGroup, count, n_group, each, out + ((j * s + a - 1) * s + b - 1) * (each ? count : 1));
+        });
+    }
+}
+
+void bounded_rows_plain(const Bounds& q, size_t begin, size_t end, bool each, double* out) { bounded_rows_body<Plain>(q, begin, end, each, out); }
+
+#if RETIME_X86
+RETIME_AVX2 void bounded_rows_avx2(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
+    bounded_rows_body<Avx2>(q, begin, end, each, out);
+}
+
+RETIME_AVX512 void bounded_rows_avx512(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
+    bounded_rows_body<Avx512>(q, begin, end, each, out);
+}
+#endif
+
+}  // namespace
+
+void bounded_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out) {
+    const Bounds shared(problem, projection);
+    in_threads(0, problem.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(bounded_rows, shared, from, to, each, out); });
+}
+
+}  // namespace retime

@@ -1,0 +1,128 @@
+// What chooses a triple's candidates among reference frames: products in single precision, and a bound on their rounding.
+#pragma once
+
+#include <cmath>
+#include <exception>
+#include <system_error>
+#include <thread>
+
+#include "measure.hpp"
+#include "tiles.hpp"
+
+namespace retime {
+
+// Input frames of a tile, and blocks of the reference that its products hold at once.
+constexpr size_t kTile = 32;
+constexpr size_t kChunk = 16;
+
+// How many frames of n a tile takes: fewer where a frame has many triples.
+inline size_t tile_frames(size_t n, size_t max_skip) {
+    return std::min(n, std::max<size_t>(1, std::min(kTile, (size_t{1} << 17) / (max_skip * max_skip))));
+}
+
+// Runs work(from, to) on parts of [begin, end), one a thread. Throws what one of them threw.
+template <typename Work>
+void in_threads(size_t begin, size_t end, int n_threads, Work work) {
+    const size_t n = end - begin, parts = std::max<size_t>(1, std::min<size_t>(n_threads < 1 ? 1 : n_threads, n));
+    std::vector<std::exception_ptr> failed(parts);
+    const auto run = [&](size_t part) {
+        try {
+            work(begin + n * part / parts, begin + n * (part + 1) / parts);
+        } catch (...) {
+            failed[part] = std::current_exception();
+        }
+    };
+    std::vector<std::thread> pool;
+    pool.reserve(parts);
+    size_t started = 1;
+    try {
+        for (; started < parts; ++started) pool.emplace_back(run, started);
+    } catch (const std::system_error&) {
+        // The system gives no more threads: this one does the rest.
+        for (size_t part = started; part < parts; ++part) run(part);
+    }
+    run(0);
+    for (auto& thread : pool) thread.join();
+    for (const auto& failure : failed)
+        if (failure) std::rethrow_exception(failure);
+}
+
+// A unit of rounding for sums of `depth` products of rounded numbers, whatever their order, and a few additions more.
+inline double rounding(size_t depth) { return static_cast<double>(depth + 12) * 0x1p-24 * 1.01; }
+
+// Rows times `scale` in single precision, with a 1 behind them to meet a column's last number, which stands alone.
+inline std::vector<float> with_one(const double* rows, size_t n_rows, size_t depth, double scale) {
+    std::vector<float> out(n_rows * (depth + 1));
+    for (size_t row = 0; row < n_rows; ++row) {
+        for (size_t d = 0; d < depth; ++d) out[row * (depth + 1) + d] = static_cast<float>(rows[row * depth + d] * scale);
+        out[row * (depth + 1) + depth] = 1.0f;
+    }
+    return out;
+}
+
+// Lengths of rows, times `scale`.
+inline std::vector<double> lengths(const double* rows, size_t n_rows, size_t n, double scale) {
+    std::vector<double> out(n_rows);
+    for (size_t row = 0; row < n_rows; ++row) {
+        double sum[8] = {};
+        for (size_t d = 0; d < n; ++d) sum[d % 8] += rows[row * n + d] * scale * (rows[row * n + d] * scale);
+        out[row] = std::sqrt(((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])));
+    }
+    return out;
+}
+
+// Columns that turn frames into terms of half |y^ - z^|^2 - half |y^|^2 = here(j) - before(i) - after(k), for rows z^ = [z, dz, ddz] times
+// `scale`.
+struct Columns {
+    size_t n_panels = 0;
+    std::vector<float> here, before, after;
+    // The longest of each, and the largest half |z^|^2.
+    double longest_here = 0, longest_before = 0, longest_after = 0, largest = 0;
+
+    // `less`, one number a row, is taken off. Columns beyond the rows are not numbers.
+    Columns(const double* rows, size_t n_rows, size_t depth, double v, double w, double scale, const double* less = nullptr)
+        : n_panels((n_rows + kPanel - 1) / kPanel) {
+        const size_t n = depth + 1;
+        for (auto* part : {&here, &before, &after}) part->resize(n_panels * n * kPanel);
+        // Sixteen rows at a time: their numbers of one place stand beside each other.
+        for (size_t first = 0; first < n_panels * kPanel; first += 16) {
+            const size_t at = first / kPanel * n * kPanel + first % kPanel, n_some = first < n_rows ? std::min<size_t>(16, n_rows - first) : 0;
+            double h[16] = {}, b[16] = {}, a[16] = {}, squares[16] = {};
+            for (size_t d = 0; d < depth; ++d)
+                for (size_t l = 0; l < n_some; ++l) {
+                    const double* row = rows + (first + l) * 3 * depth + d;
+                    const double z = row[0] * scale, dz = row[depth] * scale, ddz = row[2 * depth] * scale;
+                    const double of_here = z - 2 * w * ddz, of_after = v * dz + w * ddz, of_before = w * ddz - v * dz;
+                    here[at + d * kPanel + l] = static_cast<float>(-of_here);
+                    after[at + d * kPanel + l] = static_cast<float>(of_after);
+                    before[at + d * kPanel + l] = static_cast<float>(of_before);
+                    h[l] += of_here * of_here, b[l] += of_before * of_before, a[l] += of_after * of_after;
+                    squares[l] += z * z + dz * dz + ddz * ddz;
+                }
+            for (size_t l = 0; l < 16; ++l) {
+                float& alone = here[at + depth * kPanel + l];
+                if (l >= n_some) {
+                    alone = std::numeric_limits<float>::quiet_NaN();
+                    continue;
+                }
+                const double off = less ? less[first + l] : 0.0;
+                alone = static_cast<float>(0.5 * squares[l] - off);
+                longest_here = std::max(longest_here, std::sqrt(h[l]));
+                longest_before = std::max(longest_before, std::sqrt(b[l]));
+                longest_after = std::max(longest_after, std::sqrt(a[l]));
+                largest = std::max(largest, 0.5 * squares[l] + off);
+            }
+        }
+    }
+};
+
+// Products of a tile's frames, or of their steps' ends, with panels of columns.
+struct TileProducts {
+    size_t stride;
+    std::vector<float> here, before, after;
+
+    TileProducts(size_t n_rows, size_t reach, size_t n_columns)
+        : stride(n_columns), here(n_rows * stride), before((n_rows + reach) * stride), after((n_rows + reach) * stride) {}
+};
+
+}  // namespace retime

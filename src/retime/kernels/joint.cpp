@@ -1,0 +1,127 @@
+// The joint score of triples (i, j, k) = (j - a, j, j + b) against references that fit a few tiles:
+//
+//   f = mean of the n_neighbors smallest |y^ - z^_l|,  y^ = [y_j, v (y_k - y_i), w ((y_k - y_j) - (y_j - y_i))].
+//
+// The squared distance separates into a term of j, one of k and one of i for each reference frame l, so a candidate costs two
+// subtractions instead of 3 * n_numbers of them. In single precision each is right up to `slack`: a row that is farther than the
+// n_neighbors nearest by more than twice that can't be among them. The rest are measured exactly; the pose part of that belongs to (j, l)
+// alone and is kept for all triples of j.
+
+#include "candidates.hpp"
+
+namespace retime {
+namespace {
+
+// What all threads share.
+struct Joint {
+    const ScoreProblem& p;
+    Measured measured;
+    std::vector<double> lengths;
+    std::vector<float> rows;
+    Columns columns;
+
+    Joint(const ScoreProblem& problem, double scale)
+        : p(problem),
+          measured(problem),
+          lengths(retime::lengths(p.input, p.n_input, p.n_numbers, scale)),
+          rows(with_one(p.input, p.n_input, p.n_numbers, scale)),
+          columns(p.reference, p.n_reference, p.n_numbers, p.velocity, p.acceleration, scale) {}
+};
+
+template <typename Level>
+RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, bool each, double* out) {
+    const ScoreProblem& p = q.p;
+    const size_t s = p.max_skip, n = p.n_numbers, count = p.n_neighbors, depth = n + 1;
+    const size_t n_panels = q.columns.n_panels;
+    const double unit = rounding(n);
+    const size_t n_tile = tile_frames(end - begin, s);
+    TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
+
+    // Of each triple of the tile: the squared distances of its nearest rows so far, the smallest first, for kGroup triples beside each other.
+    const size_t n_groups = (s + kGroup - 1) / kGroup;
+    std::vector<double> squares(n_tile * s * n_groups * count * kGroup);
+    std::vector<float> lowest_limits(n_tile * s * n_groups * kGroup), least(kGroup * kChunk * 16);
+    float total[kGroup * 16] = {};
+    Measure<Level> exact(q.measured, true);
+
+    for (size_t first = begin; first < end; first += n_tile) {
+        const size_t last = std::min(first + n_tile, end);
+        std::fill(squares.begin(), squares.end(), kFar);
+        std::fill(lowest_limits.begin(), lowest_limits.end(), std::numeric_limits<float>::infinity());
+        exact.begin_tile(first, last);
+        // Frames that the tile's triples begin and end with.
+        const size_t before_first = first > s ? first - s : 0, after_last = std::min(last + s, p.n_input), after_first = std::min(first + 1, after_last);
+        for (size_t panel = 0; panel < n_panels; panel += kChunk) {
+            const size_t n_blocks = std::min(kChunk, n_panels - panel), at = panel * depth * kPanel;
+            Level::products(q.rows.data() + first * depth, last - first, depth, q.columns.here.data() + at, n_blocks, tile.here.data(), tile.stride);
+            Level::products(q.rows.data() + before_first * depth, last - before_first, depth, q.columns.before.data() + at, n_blocks, tile.before.data(),
+                            tile.stride);
+            Level::products(q.rows.data() + after_first * depth, after_last - after_first, depth, q.columns.after.data() + at, n_blocks,
+                            tile.after.data(), tile.stride);
+            for (size_t j = first; j < last; ++j) {
+                const size_t n_in = std::min(s, j), n_out = std::min(s, p.n_input - 1 - j);
+                exact.begin_frame(j);
+                for (size_t a = 1; a <= n_in; ++a)
+                    for (size_t b = 1; b <= n_out; b += kGroup) {
+                        const size_t n_group = std::min(kGroup, n_out - b + 1);
+                        Rows rows{tile.here.data() + (j - first) * tile.stride, tile.before.data() + (j - a - before_first) * tile.stride, {}, n_group};
+                        for (size_t g = 0; g < n_group; ++g) rows.after[g] = tile.after.data() + (j + b + g - after_first) * tile.stride;
+                        Level::minima(rows, n_blocks, least.data(), total);
+                        // Never above what an earlier chunk has shown.
+                        float limits[kGroup], *lowest = lowest_limits.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * kGroup;
+                        if (count == 3)
+                            nth_least(total, 3, limits);
+                        else
+                            nth_least(total, count, limits);
+                        const double some_slack = q.lengths[j] * q.columns.longest_here + q.lengths[j - a] * q.columns.longest_before + q.columns.largest;
+                        for (size_t g = 0; g < n_group; ++g) {
+                            const double slack = unit * (some_slack + q.lengths[j + b + g] * q.columns.longest_after) + 1e-30;
+                            limits[g] = static_cast<float>(limits[g] + 2.000001 * slack) + std::abs(limits[g]) * 2.4e-7f;
+                            limits[g] = lowest[g] = std::min(lowest[g], limits[g]);
+                        }
+                        uint64_t near[kChunk];
+                        uint32_t blocks = Level::nearby(rows, n_blocks, least.data(), limits, near);
+                        // What one triple needs is measured for its neighbours too: a few instructions for all of them.
+                        double* nearest = squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
+                        for (; blocks; blocks &= blocks - 1) {
+                            const size_t block = static_cast<size_t>(__builtin_ctz(blocks));
+                            for (uint64_t some = near[block]; some; some &= some - 1) {
+                                const size_t row = (panel + block) * kPanel + static_cast<size_t>(__builtin_ctzll(some));
+                                double measured[kGroup];
+                                exact.squares(a, b, n_group, row, exact.find(row), measured);
+                                keep_least<Level>(measured, count, nearest);
+                            }
+                        }
+                    }
+            }
+        }
+        for (size_t j = first; j < last; ++j)
+            for (size_t a = 1; a <= s && a <= j; ++a)
+                for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup) {
+                    const size_t n_group = std::min({kGroup, s - b + 1, p.n_input - j - b}), triple = (j * s + a - 1) * s + b - 1;
+                    const double* nearest = squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
+                    write_least(nearest, count, n_group, each, out + triple * (each ? count : 1));
+                }
+    }
+}
+
+void joint_rows_plain(const Joint& q, size_t begin, size_t end, bool each, double* out) { joint_rows_body<Plain>(q, begin, end, each, out); }
+
+#if RETIME_X86
+RETIME_AVX2 void joint_rows_avx2(const Joint& q, size_t begin, size_t end, bool each, double* out) {
+    joint_rows_body<Avx2>(q, begin, end, each, out);
+}
+
+RETIME_AVX512 void joint_rows_avx512(const Joint& q, size_t begin, size_t end, bool each, double* out) {
+    joint_rows_body<Avx512>(q, begin, end, each, out);
+}
+#endif
+
+}  // namespace
+
+void joint_scores(const ScoreProblem& problem, double scale, int n_threads, bool each, double* out) {
+    const Joint shared(problem, scale);
+    in_threads(0, problem.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(joint_rows, shared, from, to, each, out); });
+}
+
+}  // namespace retime

@@ -1,0 +1,318 @@
+// Distances as every backend measures them: in double precision, in one fixed order. Term t of a sum is added to running sum t % 16; the
+// 16 are halved to one: 8 + 8, 4 + 4, 2 + 2, 1 + 1. Each part of a vector (pose, velocity, acceleration) begins at running sum 0, so rows
+// are padded with zeros, which change no sum.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <vector>
+
+#include "scores.hpp"
+
+namespace retime {
+
+constexpr size_t kLanes = 16;
+// Rows that are measured at once, and triples: the same first two frames.
+constexpr size_t kBatch = 4;
+constexpr size_t kGroup = 8;
+// Of terms that cancel to less than this share of their size, too few digits are left.
+constexpr double kCancelled = 1e-3;
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+inline size_t padded(size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
+
+// Copy n numbers of each row, from `offset` on, into rows padded with zeros.
+inline std::vector<double> pad_rows(const double* rows, size_t n_rows, size_t stride, size_t offset, size_t n) {
+    const size_t wide = padded(n);
+    std::vector<double> out(n_rows * wide);
+    for (size_t row = 0; row < n_rows; ++row) std::copy_n(rows + row * stride + offset, n, out.data() + row * wide);
+    return out;
+}
+
+RETIME_INLINE double halved(const double* lanes) {
+    double half[kLanes / 2];
+    for (size_t l = 0; l < kLanes / 2; ++l) half[l] = lanes[l] + lanes[l + kLanes / 2];
+    return ((half[0] + half[4]) + (half[2] + half[6])) + ((half[1] + half[5]) + (half[3] + half[7]));
+}
+
+// Running sums of a batch.
+typedef double Lanes[kBatch][kLanes];
+
+// Halves them to one number a row.
+template <bool wide>
+RETIME_INLINE void halve(const Lanes& lanes, double* out) {
+#if defined(RETIME_SHUFFLE)
+    if constexpr (wide) {
+        Four::Numbers four[kBatch];
+        for (size_t row = 0; row < kBatch; ++row) {
+            Four::Numbers part[4];
+            std::memcpy(part, lanes[row], sizeof part);
+            four[row] = (part[0] + part[2]) + (part[1] + part[3]);
+        }
+        // Two rows beside each other, then all four.
+        const Four::Numbers a = RETIME_SHUFFLE(four[0], four[1], 0, 1, 4, 5) + RETIME_SHUFFLE(four[0], four[1], 2, 3, 6, 7);
+        const Four::Numbers b = RETIME_SHUFFLE(four[2], four[3], 0, 1, 4, 5) + RETIME_SHUFFLE(four[2], four[3], 2, 3, 6, 7);
+        const Four::Numbers all = RETIME_SHUFFLE(a, b, 0, 2, 4, 6) + RETIME_SHUFFLE(a, b, 1, 3, 5, 7);
+        std::memcpy(out, &all, sizeof all);
+        return;
+    }
+#endif
+    for (size_t row = 0; row < kBatch; ++row) out[row] = halved(lanes[row]);
+}
+
+// Squared distance of two rows; `wide` is a multiple of kLanes.
+template <typename Level>
+RETIME_INLINE double squared_distance(const double* a, const double* b, size_t wide) {
+    using Numbers = typename Level::Pack::Numbers;
+    constexpr size_t kParts = kLanes * sizeof(double) / sizeof(Numbers), kWidth = kLanes / kParts;
+    Numbers sum[kParts] = {};
+    for (size_t d = 0; d < wide; d += kLanes)
+        for (size_t part = 0; part < kParts; ++part) {
+            Numbers one, other;
+            std::memcpy(&one, a + d + part * kWidth, sizeof one);
+            std::memcpy(&other, b + d + part * kWidth, sizeof other);
+            const Numbers difference = one - other;
+            sum[part] += difference * difference;
+        }
+    double lanes[kLanes];
+    std::memcpy(lanes, sum, sizeof lanes);
+    return halved(lanes);
+}
+
+// Inner products of a row with each of the n rows from `rows` on.
+template <typename Level>
+RETIME_INLINE void dots(const double* x, const double* rows, size_t n, size_t wide, double* out) {
+    using Numbers = typename Level::Pack::Numbers;
+    constexpr size_t kParts = kLanes * sizeof(double) / sizeof(Numbers), kWidth = kLanes / kParts;
+    for (size_t begin = 0; begin < n; begin += kBatch) {
+        const double* row[kBatch];
+        for (size_t m = 0; m < kBatch; ++m) row[m] = rows + std::min(begin + m, n - 1) * wide;
+        alignas(64) Lanes lanes;
+        for (size_t first = 0; first < kBatch; first += Level::kRows) {
+            Numbers sum[Level::kRows][kParts] = {};
+            for (size_t d = 0; d < wide; d += kLanes)
+                for (size_t part = 0; part < kParts; ++part) {
+                    Numbers here, there;
+                    std::memcpy(&here, x + d + part * kWidth, sizeof here);
+                    for (size_t m = 0; m < Level::kRows; ++m) {
+                        std::memcpy(&there, row[first + m] + d + part * kWidth, sizeof there);
+                        sum[m][part] += here * there;
+                    }
+                }
+            std::memcpy(lanes[first], sum, sizeof sum);
+        }
+        double some[kBatch];
+        halve<Level::kWide>(lanes, some);
+        for (size_t m = 0; m < kBatch && begin + m < n; ++m) out[begin + m] = some[m];
+    }
+}
+
+// Puts kGroup numbers among the `count` least of each of kGroup queries, the smallest first; those of one rank are kGroup apart. With
+// `ids` each brings `id` along.
+template <typename Level>
+RETIME_INLINE void keep_least(const double* numbers, size_t count, double* nearest, int64_t id = 0, int64_t* ids = nullptr) {
+    using Numbers = typename Level::Pack::Numbers;
+    using Integers = typename Level::Pack::Integers;
+    for (size_t g = 0; g < kGroup; g += sizeof(Numbers) / sizeof(double)) {
+        Numbers more, here;
+        Integers more_id = Integers{} + id, here_id;
+        std::memcpy(&more, numbers + g, sizeof more);
+        for (size_t m = 0; m < count; ++m) {
+            const size_t at = m * kGroup + g;
+            std::memcpy(&here, nearest + at, sizeof here);
+            const Numbers less = more < here ? more : here;
+            if (ids) {
+                std::memcpy(&here_id, ids + at, sizeof here_id);
+                const Integers less_id = more < here ? more_id : here_id;
+                more_id = more < here ? here_id : more_id;
+                std::memcpy(ids + at, &less_id, sizeof less_id);
+            }
+            more = more < here ? here : more;
+            std::memcpy(nearest + at, &less, sizeof less);
+        }
+    }
+}
+
+// The mean of the roots of what keep_least kept of n queries, the smallest first, or with `each` the roots.
+RETIME_INLINE void write_least(const double* nearest, size_t count, size_t n, bool each, double* out) {
+    double sum[kGroup] = {};
+    for (size_t m = 0; m < count; ++m) {
+        double distance[kGroup];
+        for (size_t g = 0; g < kGroup; ++g) distance[g] = std::sqrt(nearest[m * kGroup + g]), sum[g] += distance[g];
+        if (each)
+            for (size_t g = 0; g < n; ++g) out[g * count + m] = distance[g];
+    }
+    if (!each)
+        for (size_t g = 0; g < n; ++g) out[g] = sum[g] / static_cast<double>(count);
+}
+
+// Rows as distances need them, all padded.
+struct Measured {
+    const ScoreProblem& p;
+    size_t wide;
+    // Poses y and z; v dz + w ddz and v dz - w ddz; |dz|^2 + |ddz|^2.
+    std::vector<double> input, poses, plus, minus, squares;
+
+    explicit Measured(const ScoreProblem& problem);
+};
+
+// Squared distances of triples to reference rows. With e = y_k - y_j, f = y_j - y_i a triple's movement is [v (e + f), w (e - f)], so that
+//
+//   |[dy, ddy] - [dz, ddz]|^2 = (vv |e + f|^2 + ww |e - f|^2 - 2 (e.(v dz + w ddz) + f.(v dz - w ddz))) + |dz|^2 + |ddz|^2
+//
+// needs inner products of single steps only, those of a row with the steps of one frame for all of its triples. Where the terms all but
+// cancel, the movement is measured as it is.
+template <typename Level>
+class Measure {
+  public:
+    // Without poses, distances are those of movements.
+    Measure(const Measured& measured, bool with_poses)
+        : q_(measured), with_poses_(with_poses), s_(q_.p.max_skip), wide_(q_.wide), out_(s_ * wide_), in_(s_ * wide_), scratch_(4 * wide_), stamp_(q_.p.n_reference, 0),
+          slot_(q_.p.n_reference) {}
+
+    // Products of the steps of frames first to last, for all that follows.
+    RETIME_INLINE void begin_tile(size_t first, size_t last) {
+        first_ = first;
+        moved_.resize((last - first) * s_ * s_ + kGroup);
+        size_.resize(moved_.size());
+        const double vv = q_.p.velocity * q_.p.velocity, ww = q_.p.acceleration * q_.p.acceleration;
+        std::vector<double> ee(s_), ff(s_), ef(s_);
+        for (size_t j = first; j < last; ++j) {
+            step(j);
+            for (size_t b = 0; b < n_out_; ++b) dots<Level>(out_.data() + b * wide_, out_.data() + b * wide_, 1, wide_, &ee[b]);
+            for (size_t a = 0; a < n_in_; ++a) dots<Level>(in_.data() + a * wide_, in_.data() + a * wide_, 1, wide_, &ff[a]);
+            for (size_t a = 0; a < n_in_; ++a) {
+                dots<Level>(in_.data() + a * wide_, out_.data(), n_out_, wide_, ef.data());
+                double* moved = moved_.data() + ((j - first) * s_ + a) * s_;
+                double* size = size_.data() + ((j - first) * s_ + a) * s_;
+                for (size_t b = 0; b < n_out_; ++b) {
+                    const double sum = ee[b] + ff[a];
+                    moved[b] = vv * (sum + 2 * ef[b]) + ww * (sum - 2 * ef[b]);
+                    size[b] = (vv + ww) * (2 * sum);
+                }
+            }
+        }
+    }
+
+    // Triples of frame j are next.
+    RETIME_INLINE void begin_frame(size_t j) {
+        j_ = j;
+        forget();
+    }
+
+    // Where what is known of a row is kept; that of other rows may be forgotten.
+    RETIME_INLINE size_t find(size_t row) {
+        if (stamp_[row] == now_) return slot_[row];
+        if (n_slots_ == kMostSlots) forget();
+        const size_t slot = n_slots_++;
+        stamp_[row] = now_, slot_[row] = static_cast<uint32_t>(slot);
+        if (poses_.size() < n_slots_) {
+            poses_.resize(n_slots_), complete_.resize(n_slots_);
+            e_.resize(n_slots_ * s_ + kGroup), f_.resize(n_slots_ * s_);
+        }
+        complete_[slot] = 0;
+        poses_[slot] = with_poses_ ? squared_distance<Level>(q_.input.data() + j_ * wide_, q_.poses.data() + row * wide_, wide_) : 0.0;
+        return slot;
+    }
+
+    // The squared distance of the poses alone.
+    double pose(size_t slot) const { return poses_[slot]; }
+
+    // Of triples (j - a, j, j + b) to (j - a, j, j + b + n - 1) for n <= kGroup; the rest of `out` (kGroup) has no meaning.
+    RETIME_INLINE void squares(size_t a, size_t b, size_t n, size_t row, size_t slot, double* out) {
+        using Numbers = typename Level::Pack::Numbers;
+        constexpr size_t kWidth = sizeof(Numbers) / sizeof(double);
+        if (!complete_[slot]) complete(row, slot);
+        const size_t t = ((j_ - first_) * s_ + a - 1) * s_ + b - 1;
+        const double zz = q_.squares[row], of_a = f_[slot * s_ + a - 1], pose = poses_[slot];
+        double enough[kGroup];
+        for (size_t g = 0; g < kGroup; g += kWidth) {
+            Numbers along, moved, size;
+            std::memcpy(&along, e_.data() + slot * s_ + b - 1 + g, sizeof along);
+            std::memcpy(&moved, moved_.data() + t + g, sizeof moved);
+            std::memcpy(&size, size_.data() + t + g, sizeof size);
+            const Numbers total = pose + ((moved - 2 * (along + of_a)) + zz), least = kCancelled * (size + zz);
+            std::memcpy(out + g, &total, sizeof total);
+            std::memcpy(enough + g, &least, sizeof least);
+        }
+        uint32_t cancelled = 0;
+        for (size_t g = 0; g < kGroup; ++g) cancelled |= static_cast<uint32_t>(!(out[g] > enough[g])) << g;
+        for (cancelled &= (1u << n) - 1; cancelled; cancelled &= cancelled - 1) {
+            const size_t g = static_cast<size_t>(__builtin_ctz(cancelled));
+            out[g] = pose + direct(a, b + g, row);
+        }
+    }
+
+  private:
+    static constexpr size_t kMostSlots = 4096;
+
+    RETIME_INLINE void forget() {
+        n_slots_ = 0;
+        if (++now_ == 0) std::fill(stamp_.begin(), stamp_.end(), 0), now_ = 1;
+    }
+
+    RETIME_INLINE void complete(size_t row, size_t slot) {
+        if (stepped_ != j_) step(j_);
+        dots<Level>(q_.plus.data() + row * wide_, out_.data(), n_out_, wide_, e_.data() + slot * s_);
+        dots<Level>(q_.minus.data() + row * wide_, in_.data(), n_in_, wide_, f_.data() + slot * s_);
+        complete_[slot] = 1;
+    }
+
+    // The steps of frame j.
+    RETIME_INLINE void step(size_t j) {
+        stepped_ = j, n_in_ = std::min(s_, j), n_out_ = std::min(s_, q_.p.n_input - 1 - j);
+        const double* here = q_.input.data() + j * wide_;
+        for (size_t a = 0; a < n_in_; ++a)
+            for (size_t d = 0; d < wide_; ++d) in_[a * wide_ + d] = here[d] - (here - (a + 1) * wide_)[d];
+        for (size_t b = 0; b < n_out_; ++b)
+            for (size_t d = 0; d < wide_; ++d) out_[b * wide_ + d] = here[(b + 1) * wide_ + d] - here[d];
+    }
+
+    // The order of operations is the NumPy backend's.
+    RETIME_INLINE double direct(size_t a, size_t b, size_t row) {
+        const ScoreProblem& p = q_.p;
+        const double *here = q_.input.data() + j_ * wide_, *before = here - a * wide_, *after = here + b * wide_;
+        double *move = scratch_.data(), *there = move + 2 * wide_;
+        for (size_t d = 0; d < p.n_numbers; ++d) {
+            move[d] = (after[d] - before[d]) * p.velocity;
+            move[wide_ + d] = ((after[d] - here[d]) - (here[d] - before[d])) * p.acceleration;
+            there[d] = p.reference[(3 * row + 1) * p.n_numbers + d];
+            there[wide_ + d] = p.reference[(3 * row + 2) * p.n_numbers + d];
+        }
+        return squared_distance<Level>(move, there, 2 * wide_);
+    }
+
+    const Measured& q_;
+    bool with_poses_;
+    size_t s_, wide_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0, n_slots_ = 0;
+    uint32_t now_ = 0;
+    std::vector<double> out_, in_, scratch_, moved_, size_, poses_, e_, f_;
+    std::vector<uint32_t> stamp_, slot_;
+    std::vector<uint8_t> complete_;
+};
+
+inline Measured::Measured(const ScoreProblem& problem)
+    : p(problem),
+      wide(padded(p.n_numbers)),
+      input(pad_rows(p.input, p.n_input, p.n_numbers, 0, p.n_numbers)),
+      poses(pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, 0, p.n_numbers)),
+      plus(p.n_reference * wide),
+      minus(p.n_reference * wide),
+      squares(p.n_reference) {
+    const double v = p.velocity, w = p.acceleration;
+    for (size_t row = 0; row < p.n_reference; ++row) {
+        const double *dz = p.reference + (3 * row + 1) * p.n_numbers, *ddz = dz + p.n_numbers;
+        double lanes[2][kLanes] = {};
+        for (size_t d = 0; d < p.n_numbers; ++d) {
+            plus[row * wide + d] = v * dz[d] + w * ddz[d];
+            minus[row * wide + d] = v * dz[d] - w * ddz[d];
+            lanes[0][d % kLanes] += dz[d] * dz[d];
+            lanes[1][d % kLanes] += ddz[d] * ddz[d];
+        }
+        for (const auto& of : lanes) squares[row] += halved(of);
+    }
+}
+
+}  // namespace retime
