@@ -56,32 +56,31 @@ struct Balls {
 // What all threads share.
 struct Bounds {
     const ScoreProblem& p;
-    const Projection& low;
+    const Projection& projection;
     Measured measured;
-    std::vector<double> low_input, lengths;
-    std::vector<float> rows;
+    std::vector<double> low_input;
+    Low low;
     Columns columns;
     Balls balls;
     Columns centres;
 
-    Bounds(const ScoreProblem& problem, const Projection& projection)
+    Bounds(const ScoreProblem& problem, const Projection& few)
         : p(problem),
-          low(projection),
+          projection(few),
           measured(problem),
-          low_input(pad_rows(low.input, p.n_input, low.depth, 0, low.depth)),
-          lengths(retime::lengths(low.input, p.n_input, low.depth, 1.0)),
-          rows(with_one(low.input, p.n_input, low.depth, 1.0)),
-          columns(low.reference, p.n_reference, low.depth, p.velocity, p.acceleration, 1.0),
-          balls(low.reference, p.n_reference, 3 * low.depth),
-          centres(balls.centres.data(), balls.less.size(), low.depth, p.velocity, p.acceleration, 1.0, balls.less.data()) {}
+          low_input(pad_rows(few.input, p.n_input, few.depth, 0, few.depth)),
+          low(few.input, p.n_input, few.depth, 1.0),
+          columns(few.reference, p.n_reference, few.depth, p.velocity, p.acceleration, 1.0),
+          balls(few.reference, p.n_reference, 3 * few.depth),
+          centres(balls.centres.data(), balls.less.size(), few.depth, p.velocity, p.acceleration, 1.0, balls.less.data()) {}
 };
 
 // Work on tiles of input frames, one after another, each with chunks of the reference.
 template <typename Level>
 RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
     const ScoreProblem& p = q.p;
-    const size_t s = p.max_skip, count = p.n_neighbors, depth = q.low.depth + 1, wide_low = padded(q.low.depth), n_panels = q.columns.n_panels;
-    const double v = p.velocity, w = p.acceleration, scale = q.low.scale, unit = rounding(q.low.depth);
+    const size_t s = p.max_skip, count = p.n_neighbors, depth = q.projection.depth + 1, wide_low = padded(q.projection.depth), n_panels = q.columns.n_panels;
+    const double v = p.velocity, w = p.acceleration, scale = q.projection.scale, unit = rounding(q.projection.depth);
     const size_t n_tile = tile_frames(end - begin, s), n_groups = (s + kGroup - 1) / kGroup;
     TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
     TileProducts centre_products(n_tile, s, (q.centres.n_panels + kChunk) * kPanel);
@@ -122,7 +121,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         for (size_t m = 0; m < count; ++m)
             for (size_t g = 0; g < n_group; ++g) {
                 if (j > a && j > begin)
-                    if (const int64_t row = ids[((group - frame_groups) * count + m) * kGroup + g]; row >= 0) guess(q.low.following[row]);
+                    if (const int64_t row = ids[((group - frame_groups) * count + m) * kGroup + g]; row >= 0) guess(q.projection.following[row]);
                 if (a > 1) guess(ids[((group - n_groups) * count + m) * kGroup + g]);
             }
         std::fill(of_guesses.begin(), of_guesses.end(), kFar);
@@ -137,9 +136,9 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
             const size_t i = j - a, k = j + b + g, t = group * kGroup + g;
             base[t] = 0.5 * squared_feature(q.low_input.data() + i * wide_low, q.low_input.data() + j * wide_low, q.low_input.data() + k * wide_low, v,
                                             w, wide_low);
-            const double most_v = v * (q.lengths[k] + q.lengths[i]), most_w = w * (q.lengths[k] + 2 * q.lengths[j] + q.lengths[i]);
-            margin[t] = 1e-12 * (q.lengths[j] * q.lengths[j] + most_v * most_v + most_w * most_w) + 1e-30 +
-                        unit * (q.lengths[j] * q.columns.longest_here + q.lengths[i] * q.columns.longest_before + q.lengths[k] * q.columns.longest_after +
+            const double most_v = v * (q.low.lengths[k] + q.low.lengths[i]), most_w = w * (q.low.lengths[k] + 2 * q.low.lengths[j] + q.low.lengths[i]);
+            margin[t] = 1e-12 * (q.low.lengths[j] * q.low.lengths[j] + most_v * most_v + most_w * most_w) + 1e-30 +
+                        unit * (q.low.lengths[j] * q.columns.longest_here + q.low.lengths[i] * q.columns.longest_before + q.low.lengths[k] * q.columns.longest_after +
                                 q.columns.largest + q.centres.largest);
             farthest[t] = of_guesses[(count - 1) * kGroup + g];
         }
@@ -159,10 +158,10 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         const size_t before_first = first > s ? first - s : 0, after_last = std::min(last + s, p.n_input), after_first = std::min(first + 1, after_last);
         const auto multiply = [&](const Columns& columns, size_t panel, size_t n_some, TileProducts& to, size_t column) {
             const size_t at = panel * depth * kPanel;
-            Level::products(q.rows.data() + first * depth, last - first, depth, columns.here.data() + at, n_some, to.here.data() + column, to.stride);
-            Level::products(q.rows.data() + before_first * depth, last - before_first, depth, columns.before.data() + at, n_some,
+            Level::products(q.low.rows.data() + first * depth, last - first, depth, columns.here.data() + at, n_some, to.here.data() + column, to.stride);
+            Level::products(q.low.rows.data() + before_first * depth, last - before_first, depth, columns.before.data() + at, n_some,
                             to.before.data() + column, to.stride);
-            Level::products(q.rows.data() + after_first * depth, after_last - after_first, depth, columns.after.data() + at, n_some,
+            Level::products(q.low.rows.data() + after_first * depth, after_last - after_first, depth, columns.after.data() + at, n_some,
                             to.after.data() + column, to.stride);
         };
         const auto rows_of = [&](const TileProducts& of, size_t j, size_t a, size_t b, size_t n_group, size_t column) RETIME_LAMBDA_INLINE {

@@ -50,26 +50,27 @@ void in_threads(size_t begin, size_t end, int n_threads, Work work) {
 // A unit of rounding for sums of `depth` products of rounded numbers, whatever their order, and a few additions more.
 inline double rounding(size_t depth) { return static_cast<double>(depth + 12) * 0x1p-24 * 1.01; }
 
-// Rows times `scale` in single precision, with a 1 behind them to meet a column's last number, which stands alone.
-inline std::vector<float> with_one(const double* rows, size_t n_rows, size_t depth, double scale) {
-    std::vector<float> out(n_rows * (depth + 1));
-    for (size_t row = 0; row < n_rows; ++row) {
-        for (size_t d = 0; d < depth; ++d) out[row * (depth + 1) + d] = static_cast<float>(rows[row * depth + d] * scale);
-        out[row * (depth + 1) + depth] = 1.0f;
-    }
-    return out;
-}
+// Rows about an origin, times `scale`: in single precision, with a 1 behind them to meet a column's last number, which stands alone; and
+// their lengths.
+struct Low {
+    std::vector<float> rows;
+    std::vector<double> lengths;
 
-// Lengths of rows, times `scale`.
-inline std::vector<double> lengths(const double* rows, size_t n_rows, size_t n, double scale) {
-    std::vector<double> out(n_rows);
-    for (size_t row = 0; row < n_rows; ++row) {
-        double sum[8] = {};
-        for (size_t d = 0; d < n; ++d) sum[d % 8] += rows[row * n + d] * scale * (rows[row * n + d] * scale);
-        out[row] = std::sqrt(((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])));
+    Low(const double* from, size_t n_rows, size_t depth, double scale, const double* origin = nullptr) : rows(n_rows * (depth + 1)), lengths(n_rows) {
+        const std::vector<double> nothing(origin ? 0 : depth, 0.0);
+        const double* middle = origin ? origin : nothing.data();
+        for (size_t row = 0; row < n_rows; ++row) {
+            double sum[8] = {};
+            for (size_t d = 0; d < depth; ++d) {
+                const double number = (from[row * depth + d] - middle[d]) * scale;
+                rows[row * (depth + 1) + d] = static_cast<float>(number);
+                sum[d % 8] += number * number;
+            }
+            rows[row * (depth + 1) + depth] = 1.0f;
+            lengths[row] = std::sqrt(((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])));
+        }
     }
-    return out;
-}
+};
 
 // Columns that turn frames into terms of half |y^ - z^|^2 - half |y^|^2 = here(j) - before(i) - after(k), for rows z^ = [z, dz, ddz] times
 // `scale`.

@@ -61,8 +61,13 @@ def joint_scores(
 
 def _scale(inputs: FloatArray, reference: FloatArray) -> float:
     """Return the factor that brings all numbers into [-1, 1]: in single precision, nothing overflows."""
-    size = max(float(np.abs(reference).max()), float(np.abs(inputs).max()))
+    size = max(_size(reference), _size(inputs))
     return 1.0 / size if size > 1e-300 else 1.0
+
+
+def _size(numbers: FloatArray) -> float:
+    """Return the largest absolute value; without an array for them all."""
+    return max(float(numbers.max()), -float(numbers.min()))
 
 
 def _projected(inputs: FloatArray, parts: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -101,14 +106,12 @@ def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> In
     """Find the poses nearest to each input frame; see `retime.kernels.Backend`."""
     # Products lose fewer digits near the poses' middle; to move there takes a rounding of every number.
     origin = poses.mean(axis=0)
-    low_inputs, low_poses = inputs - origin, poses - origin
-    scale = _scale(low_inputs, low_poses)
-    largest = max(float(np.abs(inputs).max()), float(np.abs(poses).max()))
+    largest = max(_size(inputs), _size(poses))
+    # The origin lies among the poses: no number is farther from it than twice the largest.
+    scale = 0.5 / largest if largest > 1e-300 else 1.0
     blur = 2.0**-50 * math.sqrt(inputs.shape[1]) * largest * scale
     out = np.empty((len(inputs), n_neighbors), dtype=np.int64)
-    _kernels.nearest_poses(
-        inputs, poses, n_neighbors, low_inputs * scale, low_poses * scale, scale, blur, n_threads(), out
-    )
+    _kernels.nearest_poses(inputs, poses, n_neighbors, origin, scale, blur, n_threads(), out)
     return out
 
 

@@ -42,8 +42,9 @@ class Nearest {
 // What all threads share in the search for poses.
 struct Poses {
     const PoseProblem& p;
-    std::vector<double> input, poses, lengths;
-    std::vector<float> rows, panels;
+    std::vector<double> input, poses;
+    Low low;
+    std::vector<float> panels;
     size_t n_panels;
     double longest = 0, largest = 0;
 
@@ -51,8 +52,7 @@ struct Poses {
         : p(problem),
           input(pad_rows(p.input, p.n_input, p.n_numbers, 0, p.n_numbers)),
           poses(pad_rows(p.poses, p.n_reference, p.n_numbers, 0, p.n_numbers)),
-          lengths(retime::lengths(p.low_input, p.n_input, p.n_numbers, 1.0)),
-          rows(with_one(p.low_input, p.n_input, p.n_numbers, 1.0)),
+          low(p.input, p.n_input, p.n_numbers, p.scale, p.origin),
           n_panels((p.n_reference + kPanel - 1) / kPanel) {
         const size_t n = p.n_numbers;
         panels.assign(n_panels * (n + 1) * kPanel, 0.0f);
@@ -64,7 +64,7 @@ struct Poses {
             }
             double square = 0.0;
             for (size_t d = 0; d < n; ++d) {
-                const double number = p.low_poses[l * n + d];
+                const double number = (p.poses[l * n + d] - p.origin[d]) * p.scale;
                 column[d * kPanel] = static_cast<float>(-number);
                 square += number * number;
             }
@@ -88,7 +88,7 @@ RETIME_INLINE void nearest_poses_body(const Poses& q, size_t begin, size_t end, 
         return squared_distance<Level>(q.input.data() + j * wide, q.poses.data() + static_cast<size_t>(row) * wide, wide);
     };
     const auto limit = [&](size_t j, size_t t) {
-        const double length = q.lengths[j], root = std::sqrt(squares[t * count + count - 1]) * p.scale * (1 + 1e-12) + p.blur;
+        const double length = q.low.lengths[j], root = std::sqrt(squares[t * count + count - 1]) * p.scale * (1 + 1e-12) + p.blur;
         const double least = 0.5 * root * root - 0.5 * length * length;
         limits[t] = static_cast<float>(least + rounding(n) * (length * q.longest + q.largest) + 1e-12 * length * length + 2.4e-7 * std::abs(least) + 1e-30);
     };
@@ -96,7 +96,7 @@ RETIME_INLINE void nearest_poses_body(const Poses& q, size_t begin, size_t end, 
         const size_t last = std::min(first + kTile, end);
         for (size_t panel = 0; panel < q.n_panels; panel += kChunk) {
             const size_t n_blocks = std::min(kChunk, q.n_panels - panel), stride = kChunk * kPanel;
-            Level::products(q.rows.data() + first * (n + 1), last - first, n + 1, q.panels.data() + panel * (n + 1) * kPanel, n_blocks, products.data(),
+            Level::products(q.low.rows.data() + first * (n + 1), last - first, n + 1, q.panels.data() + panel * (n + 1) * kPanel, n_blocks, products.data(),
                            stride);
             for (size_t j = first; j < last; ++j) {
                 const size_t t = j - first;

@@ -16,15 +16,13 @@ namespace {
 struct Joint {
     const ScoreProblem& p;
     Measured measured;
-    std::vector<double> lengths;
-    std::vector<float> rows;
+    Low low;
     Columns columns;
 
     Joint(const ScoreProblem& problem, double scale)
         : p(problem),
           measured(problem),
-          lengths(retime::lengths(p.input, p.n_input, p.n_numbers, scale)),
-          rows(with_one(p.input, p.n_input, p.n_numbers, scale)),
+          low(p.input, p.n_input, p.n_numbers, scale),
           columns(p.reference, p.n_reference, p.n_numbers, p.velocity, p.acceleration, scale) {}
 };
 
@@ -53,10 +51,10 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         const size_t before_first = first > s ? first - s : 0, after_last = std::min(last + s, p.n_input), after_first = std::min(first + 1, after_last);
         for (size_t panel = 0; panel < n_panels; panel += kChunk) {
             const size_t n_blocks = std::min(kChunk, n_panels - panel), at = panel * depth * kPanel;
-            Level::products(q.rows.data() + first * depth, last - first, depth, q.columns.here.data() + at, n_blocks, tile.here.data(), tile.stride);
-            Level::products(q.rows.data() + before_first * depth, last - before_first, depth, q.columns.before.data() + at, n_blocks, tile.before.data(),
+            Level::products(q.low.rows.data() + first * depth, last - first, depth, q.columns.here.data() + at, n_blocks, tile.here.data(), tile.stride);
+            Level::products(q.low.rows.data() + before_first * depth, last - before_first, depth, q.columns.before.data() + at, n_blocks, tile.before.data(),
                             tile.stride);
-            Level::products(q.rows.data() + after_first * depth, after_last - after_first, depth, q.columns.after.data() + at, n_blocks,
+            Level::products(q.low.rows.data() + after_first * depth, after_last - after_first, depth, q.columns.after.data() + at, n_blocks,
                             tile.after.data(), tile.stride);
             for (size_t j = first; j < last; ++j) {
                 const size_t n_in = std::min(s, j), n_out = std::min(s, p.n_input - 1 - j);
@@ -73,9 +71,9 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
                             nth_least(total, 3, limits);
                         else
                             nth_least(total, count, limits);
-                        const double some_slack = q.lengths[j] * q.columns.longest_here + q.lengths[j - a] * q.columns.longest_before + q.columns.largest;
+                        const double some_slack = q.low.lengths[j] * q.columns.longest_here + q.low.lengths[j - a] * q.columns.longest_before + q.columns.largest;
                         for (size_t g = 0; g < n_group; ++g) {
-                            const double slack = unit * (some_slack + q.lengths[j + b + g] * q.columns.longest_after) + 1e-30;
+                            const double slack = unit * (some_slack + q.low.lengths[j + b + g] * q.columns.longest_after) + 1e-30;
                             limits[g] = static_cast<float>(limits[g] + 2.000001 * slack) + std::abs(limits[g]) * 2.4e-7f;
                             limits[g] = lowest[g] = std::min(lowest[g], limits[g]);
                         }

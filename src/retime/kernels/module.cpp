@@ -64,10 +64,9 @@ NB_MODULE(_kernels, m) {
               retime::conditional_scores(p, nearest.data(), n_threads, out.data());
           });
 
-    m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Doubles low_input, Doubles low_poses, double scale, double blur,
-                              int n_threads, IntegerOutput out) {
-        const retime::PoseProblem p{input.data(),   poses.data(),   low_input.data(), low_poses.data(), input.shape(0),
-                                    poses.shape(0), input.shape(1), n_neighbors,      scale,            blur};
+    m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Doubles origin, double scale, double blur, int n_threads,
+                              IntegerOutput out) {
+        const retime::PoseProblem p{input.data(), poses.data(), origin.data(), input.shape(0), poses.shape(0), input.shape(1), n_neighbors, scale, blur};
         nb::gil_scoped_release unlocked;
         retime::nearest_poses(p, n_threads, out.data());
     });

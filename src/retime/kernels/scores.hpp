@@ -32,12 +32,11 @@ struct Projection {
 void bounded_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out);
 
 // The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each row of `input`, the nearest first, ties to the earlier row.
-// low_input and low_poses: the same about another origin, times `scale`; `blur` bounds what a distance between them is off by.
+// Candidates are found about an origin, by numbers times `scale`, then within [-1, 1]; `blur` bounds what a distance between such is off by.
 struct PoseProblem {
     const double* input;
     const double* poses;
-    const double* low_input;
-    const double* low_poses;
+    const double* origin;
     size_t n_input, n_reference, n_numbers, n_neighbors;
     double scale, blur;
 };

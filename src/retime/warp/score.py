@@ -94,11 +94,11 @@ def build_model(
         raise OptionError(f"each reference needs a weight above 0; found {weights}")
     check_reference([len(poses) for poses in references], n_neighbors)
     velocity, acceleration = difference_scales(rate, time_scale)
-    origin = np.concatenate(list(references)).mean(axis=0)
+    origin = _joined(references).mean(axis=0)
     features = [timing_features(poses - origin, rate=rate, time_scale=time_scale) for poses in references]
     return Model(
-        np.ascontiguousarray(np.concatenate(features)),
-        np.ascontiguousarray(np.concatenate([poses[1:-1] for poses in references]), dtype=np.float64),
+        _joined(features),
+        _joined([poses[1:-1] for poses in references]),
         np.concatenate([np.full(len(part), float(w)) for part, w in zip(features, weights, strict=True)]),
         np.concatenate([np.full(len(part), i, dtype=np.int64) for i, part in enumerate(features)]),
         np.concatenate([np.arange(1, len(part) + 1, dtype=np.int64) for part in features]),
@@ -106,6 +106,11 @@ def build_model(
         velocity,
         acceleration,
     )
+
+
+def _joined(arrays: Sequence[FloatArray]) -> FloatArray:
+    """Return arrays one after another; a single one as it is, where it may."""
+    return np.ascontiguousarray(arrays[0] if len(arrays) == 1 else np.concatenate(list(arrays)), dtype=np.float64)
 
 
 def check_reference(n_frames: Sequence[int], n_neighbors: int) -> None:
