@@ -25,8 +25,8 @@ RETIME_INLINE double squared_feature(const double* __restrict yi, const double* 
 
 // Blocks of kPanel rows as balls.
 struct Balls {
-    std::vector<double> centres, less;
-    std::vector<float> radii;
+    Array<double> centres, less;
+    Array<float> radii;
 
     Balls(const double* rows, size_t n_rows, size_t n) {
         const size_t n_blocks = (n_rows + kPanel - 1) / kPanel;
@@ -58,7 +58,7 @@ struct Bounds {
     const ScoreProblem& p;
     const Projection& projection;
     Measured measured;
-    std::vector<double> low_input;
+    Array<double> low_input;
     Low low;
     Columns columns;
     Balls balls;
@@ -88,17 +88,17 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
 
     // Of each group of triples of the tile, and of the frame before the tile: its nearest rows, and what its bounds are made of.
     const size_t frame_groups = s * n_groups, all_groups = (n_tile + 1) * frame_groups;
-    std::vector<double> squares(all_groups * count * kGroup), base(all_groups * kGroup), margin(base), farthest(base);
-    std::vector<int64_t> ids(squares.size(), -1);
-    std::vector<float> limits(base.size()), reach(base.size());
-    std::vector<uint16_t> masks(all_groups);
+    Array<double> squares(all_groups * count * kGroup), base(all_groups * kGroup), margin(base), farthest(base);
+    Array<int64_t> ids(squares.size(), -1);
+    Array<float> limits(base.size()), reach(base.size());
+    Array<uint16_t> masks(all_groups);
     Measure<Level> exact(q.measured, true);
 
     // The rows that a group begins with, each once.
     std::vector<size_t> guesses;
-    std::vector<uint32_t> guessed(p.n_reference, 0);
+    Array<uint32_t> guessed(p.n_reference, 0);
     uint32_t n_guessed = 0;
-    std::vector<double> of_guesses(count * kGroup);
+    Array<double> of_guesses(count * kGroup);
 
     // Lower the limits of a group to what is farthest of its nearest.
     const auto limit = [&](size_t group) RETIME_LAMBDA_INLINE {
@@ -147,8 +147,8 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
 
     std::vector<Hit> hits(kChunk);
     // The blocks in the order in which a tile meets them.
-    std::vector<uint32_t> order(n_panels);
-    std::vector<float> radii(q.balls.radii), values(q.centres.n_panels * kPanel), behind(values.size());
+    Array<uint32_t> order(n_panels);
+    Array<float> radii(q.balls.radii), values(q.centres.n_panels * kPanel), behind(values.size());
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
         // The last frame of the tile before becomes the first of this one's.
@@ -205,7 +205,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         std::sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) {
             return behind[one] < behind[other] || (behind[one] == behind[other] && one < other);
         });
-        const auto arrange = [&](const std::vector<float>& from, std::vector<float>& to, size_t n_rows) {
+        const auto arrange = [&](const Array<float>& from, Array<float>& to, size_t n_rows) {
             for (size_t row = 0; row < n_rows; ++row)
                 for (size_t place = 0; place < n_panels; ++place)
                     to[row * of_centres.stride + place] = from[row * of_centres.stride + order[place]];

@@ -53,11 +53,11 @@ inline double rounding(size_t depth) { return static_cast<double>(depth + 12) * 
 // Rows about an origin, times `scale`: in single precision, with a 1 behind them to meet a column's last number, which stands alone; and
 // their lengths.
 struct Low {
-    std::vector<float> rows;
-    std::vector<double> lengths;
+    Array<float> rows;
+    Array<double> lengths;
 
     Low(const double* from, size_t n_rows, size_t depth, double scale, const double* origin = nullptr) : rows(n_rows * (depth + 1)), lengths(n_rows) {
-        const std::vector<double> nothing(origin ? 0 : depth, 0.0);
+        const Array<double> nothing(origin ? 0 : depth, 0.0);
         const double* middle = origin ? origin : nothing.data();
         for (size_t row = 0; row < n_rows; ++row) {
             double sum[8] = {};
@@ -76,7 +76,7 @@ struct Low {
 // `scale`.
 struct Columns {
     size_t n_panels = 0;
-    std::vector<float> here, before, after;
+    Array<float> here, before, after;
     // The longest of each, and the largest half |z^|^2.
     double longest_here = 0, longest_before = 0, longest_after = 0, largest = 0;
 
@@ -120,7 +120,7 @@ struct Columns {
 // Products of a tile's frames, or of their steps' ends, with panels of columns.
 struct TileProducts {
     size_t stride;
-    std::vector<float> here, before, after;
+    Array<float> here, before, after;
 
     TileProducts(size_t n_rows, size_t reach, size_t n_columns)
         : stride(n_columns), here(n_rows * stride), before((n_rows + reach) * stride), after((n_rows + reach) * stride) {}

@@ -42,9 +42,9 @@ class Nearest {
 // What all threads share in the search for poses.
 struct Poses {
     const PoseProblem& p;
-    std::vector<double> input, poses;
+    Array<double> input, poses;
     Low low;
-    std::vector<float> panels;
+    Array<float> panels;
     size_t n_panels;
     double longest = 0, largest = 0;
 
@@ -79,10 +79,10 @@ template <typename Level>
 RETIME_INLINE void nearest_poses_body(const Poses& q, size_t begin, size_t end, int64_t* out) {
     const PoseProblem& p = q.p;
     const size_t n = p.n_numbers, wide = padded(n), count = p.n_neighbors;
-    std::vector<float> products(kTile * kChunk * kPanel), limits(kTile);
-    const std::vector<float> nothing(kChunk * kPanel, 0.0f);
-    std::vector<double> squares(kTile * count);
-    std::vector<int32_t> rows(kTile * count, -1), guesses(count, -1);
+    Array<float> products(kTile * kChunk * kPanel), limits(kTile);
+    const Array<float> nothing(kChunk * kPanel, 0.0f);
+    Array<double> squares(kTile * count);
+    Array<int32_t> rows(kTile * count, -1), guesses(count, -1);
     const auto nearest = [&](size_t t) { return Nearest(count, squares.data() + t * count, rows.data() + t * count); };
     const auto exact = [&](size_t j, int32_t row) RETIME_LAMBDA_INLINE {
         return squared_distance<Level>(q.input.data() + j * wide, q.poses.data() + static_cast<size_t>(row) * wide, wide);
@@ -145,7 +145,7 @@ RETIME_INLINE void conditional_rows_body(const Measured& q, const int64_t* neare
     const ScoreProblem& p = q.p;
     const size_t s = p.max_skip, count = p.n_neighbors, n_groups = (s + kGroup - 1) / kGroup, n_tile = tile_frames(end - begin, s);
     Measure<Level> exact(q, false);
-    std::vector<double> squares(s * n_groups * count * kGroup);
+    Array<double> squares(s * n_groups * count * kGroup);
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
         exact.begin_tile(first, last);

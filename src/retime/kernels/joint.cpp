@@ -37,8 +37,8 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
 
     // Of each triple of the tile: the squared distances of its nearest rows so far, the smallest first, for kGroup triples beside each other.
     const size_t n_groups = (s + kGroup - 1) / kGroup;
-    std::vector<double> squares(n_tile * s * n_groups * count * kGroup);
-    std::vector<float> lowest_limits(n_tile * s * n_groups * kGroup), least(kGroup * kChunk * 16);
+    Array<double> squares(n_tile * s * n_groups * count * kGroup);
+    Array<float> lowest_limits(n_tile * s * n_groups * kGroup), least(kGroup * kChunk * 16);
     float total[kGroup * 16] = {};
     Measure<Level> exact(q.measured, true);
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "kept.hpp"
 #include "scores.hpp"
 
 namespace retime {
@@ -24,9 +25,9 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 inline size_t padded(size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
 // Copy n numbers of each row, from `offset` on, into rows padded with zeros.
-inline std::vector<double> pad_rows(const double* rows, size_t n_rows, size_t stride, size_t offset, size_t n) {
+inline Array<double> pad_rows(const double* rows, size_t n_rows, size_t stride, size_t offset, size_t n) {
     const size_t wide = padded(n);
-    std::vector<double> out(n_rows * wide);
+    Array<double> out(n_rows * wide);
     for (size_t row = 0; row < n_rows; ++row) std::copy_n(rows + row * stride + offset, n, out.data() + row * wide);
     return out;
 }
@@ -153,7 +154,7 @@ struct Measured {
     const ScoreProblem& p;
     size_t wide;
     // Poses y and z; v dz + w ddz and v dz - w ddz; |dz|^2 + |ddz|^2.
-    std::vector<double> input, poses, plus, minus, squares;
+    Array<double> input, poses, plus, minus, squares;
 
     explicit Measured(const ScoreProblem& problem);
 };
@@ -178,7 +179,7 @@ class Measure {
         moved_.resize((last - first) * s_ * s_ + kGroup);
         size_.resize(moved_.size());
         const double vv = q_.p.velocity * q_.p.velocity, ww = q_.p.acceleration * q_.p.acceleration;
-        std::vector<double> ee(s_), ff(s_), ef(s_);
+        Array<double> ee(s_), ff(s_), ef(s_);
         for (size_t j = first; j < last; ++j) {
             step(j);
             for (size_t b = 0; b < n_out_; ++b) dots<Level>(out_.data() + b * wide_, out_.data() + b * wide_, 1, wide_, &ee[b]);
@@ -288,9 +289,9 @@ class Measure {
     bool with_poses_;
     size_t s_, wide_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0, n_slots_ = 0;
     uint32_t now_ = 0;
-    std::vector<double> out_, in_, scratch_, moved_, size_, poses_, e_, f_;
-    std::vector<uint32_t> stamp_, slot_;
-    std::vector<uint8_t> complete_;
+    Array<double> out_, in_, scratch_, moved_, size_, poses_, e_, f_;
+    Array<uint32_t> stamp_, slot_;
+    Array<uint8_t> complete_;
 };
 
 inline Measured::Measured(const ScoreProblem& problem)
