@@ -58,7 +58,7 @@ struct Bounds {
     const ScoreProblem& p;
     const Projection& projection;
     Measured measured;
-    Array<double> low_input;
+    Blank<double> low_input;
     Low low;
     Columns columns;
     Balls balls;
@@ -205,7 +205,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         std::sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) {
             return behind[one] < behind[other] || (behind[one] == behind[other] && one < other);
         });
-        const auto arrange = [&](const Array<float>& from, Array<float>& to, size_t n_rows) {
+        const auto arrange = [&](const Blank<float>& from, Blank<float>& to, size_t n_rows) {
             for (size_t row = 0; row < n_rows; ++row)
                 for (size_t place = 0; place < n_panels; ++place)
                     to[row * of_centres.stride + place] = from[row * of_centres.stride + order[place]];

@@ -53,7 +53,7 @@ inline double rounding(size_t depth) { return static_cast<double>(depth + 12) * 
 // Rows about an origin, times `scale`: in single precision, with a 1 behind them to meet a column's last number, which stands alone; and
 // their lengths.
 struct Low {
-    Array<float> rows;
+    Blank<float> rows;
     Array<double> lengths;
 
     Low(const double* from, size_t n_rows, size_t depth, double scale, const double* origin = nullptr) : rows(n_rows * (depth + 1)), lengths(n_rows) {
@@ -61,11 +61,15 @@ struct Low {
         const double* middle = origin ? origin : nothing.data();
         for (size_t row = 0; row < n_rows; ++row) {
             double sum[8] = {};
-            for (size_t d = 0; d < depth; ++d) {
+            const auto add = [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
                 const double number = (from[row * depth + d] - middle[d]) * scale;
                 rows[row * (depth + 1) + d] = static_cast<float>(number);
-                sum[d % 8] += number * number;
-            }
+                sum[lane] += number * number;
+            };
+            const size_t whole = depth / 8 * 8;
+            for (size_t d = 0; d < whole; d += 8)
+                for (size_t lane = 0; lane < 8; ++lane) add(d + lane, lane);
+            for (size_t d = whole; d < depth; ++d) add(d, 0);
             rows[row * (depth + 1) + depth] = 1.0f;
             lengths[row] = std::sqrt(((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])));
         }
@@ -76,7 +80,7 @@ struct Low {
 // `scale`.
 struct Columns {
     size_t n_panels = 0;
-    Array<float> here, before, after;
+    Blank<float> here, before, after;
     // The longest of each, and the largest half |z^|^2.
     double longest_here = 0, longest_before = 0, longest_after = 0, largest = 0;
 
@@ -86,22 +90,39 @@ struct Columns {
         const size_t n = depth + 1;
         for (auto* part : {&here, &before, &after}) part->resize(n_panels * n * kPanel);
         // Sixteen rows at a time: their numbers of one place stand beside each other.
+        Array<float> some(16 * 3 * depth);
         for (size_t first = 0; first < n_panels * kPanel; first += 16) {
             const size_t at = first / kPanel * n * kPanel + first % kPanel, n_some = first < n_rows ? std::min<size_t>(16, n_rows - first) : 0;
             double h[16] = {}, b[16] = {}, a[16] = {}, squares[16] = {};
-            for (size_t d = 0; d < depth; ++d)
-                for (size_t l = 0; l < n_some; ++l) {
-                    const double* row = rows + (first + l) * 3 * depth + d;
-                    const double z = row[0] * scale, dz = row[depth] * scale, ddz = row[2 * depth] * scale;
+            if (n_some < 16) std::fill(some.begin(), some.end(), 0.0f);
+            for (size_t l = 0; l < n_some; ++l) {
+                const double* row = rows + (first + l) * 3 * depth;
+                float* to = some.data() + l * 3 * depth;
+                double sums[4][8] = {};
+                const auto add = [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
+                    const double z = row[d] * scale, dz = row[depth + d] * scale, ddz = row[2 * depth + d] * scale;
                     const double of_here = z - 2 * w * ddz, of_after = v * dz + w * ddz, of_before = w * ddz - v * dz;
-                    here[at + d * kPanel + l] = static_cast<float>(-of_here);
-                    after[at + d * kPanel + l] = static_cast<float>(of_after);
-                    before[at + d * kPanel + l] = static_cast<float>(of_before);
-                    h[l] += of_here * of_here, b[l] += of_before * of_before, a[l] += of_after * of_after;
-                    squares[l] += z * z + dz * dz + ddz * ddz;
+                    to[d] = static_cast<float>(-of_here), to[depth + d] = static_cast<float>(of_before), to[2 * depth + d] = static_cast<float>(of_after);
+                    sums[0][lane] += of_here * of_here, sums[1][lane] += of_before * of_before, sums[2][lane] += of_after * of_after;
+                    sums[3][lane] += z * z + dz * dz + ddz * ddz;
+                };
+                const size_t whole = depth / 8 * 8;
+                for (size_t d = 0; d < whole; d += 8)
+                    for (size_t lane = 0; lane < 8; ++lane) add(d + lane, lane);
+                for (size_t d = whole; d < depth; ++d) add(d, 0);
+                const auto total = [](const double* sum) {
+                    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+                };
+                h[l] = total(sums[0]), b[l] = total(sums[1]), a[l] = total(sums[2]), squares[l] = total(sums[3]);
+            }
+            for (size_t d = 0; d < depth; ++d)
+                for (size_t l = 0; l < 16; ++l) {
+                    const float* from = some.data() + l * 3 * depth + d;
+                    here[at + d * kPanel + l] = from[0], before[at + d * kPanel + l] = from[depth], after[at + d * kPanel + l] = from[2 * depth];
                 }
             for (size_t l = 0; l < 16; ++l) {
                 float& alone = here[at + depth * kPanel + l];
+                before[at + depth * kPanel + l] = after[at + depth * kPanel + l] = 0.0f;
                 if (l >= n_some) {
                     alone = std::numeric_limits<float>::quiet_NaN();
                     continue;
@@ -120,7 +141,7 @@ struct Columns {
 // Products of a tile's frames, or of their steps' ends, with panels of columns.
 struct TileProducts {
     size_t stride;
-    Array<float> here, before, after;
+    Blank<float> here, before, after;
 
     TileProducts(size_t n_rows, size_t reach, size_t n_columns)
         : stride(n_columns), here(n_rows * stride), before((n_rows + reach) * stride), after((n_rows + reach) * stride) {}

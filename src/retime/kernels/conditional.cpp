@@ -42,7 +42,7 @@ class Nearest {
 // What all threads share in the search for poses.
 struct Poses {
     const PoseProblem& p;
-    Array<double> input, poses;
+    Blank<double> input, poses;
     Low low;
     Array<float> panels;
     size_t n_panels;

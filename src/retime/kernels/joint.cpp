@@ -46,7 +46,8 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         const size_t last = std::min(first + n_tile, end);
         std::fill(squares.begin(), squares.end(), kFar);
         std::fill(lowest_limits.begin(), lowest_limits.end(), std::numeric_limits<float>::infinity());
-        exact.begin_tile(first, last);
+        // With one chunk, each frame's products are made where they are used.
+        if (n_panels > kChunk) exact.begin_tile(first, last);
         // Frames that the tile's triples begin and end with.
         const size_t before_first = first > s ? first - s : 0, after_last = std::min(last + s, p.n_input), after_first = std::min(first + 1, after_last);
         for (size_t panel = 0; panel < n_panels; panel += kChunk) {
@@ -58,6 +59,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
                             tile.after.data(), tile.stride);
             for (size_t j = first; j < last; ++j) {
                 const size_t n_in = std::min(s, j), n_out = std::min(s, p.n_input - 1 - j);
+                if (n_panels <= kChunk) exact.begin_tile(j, j + 1);
                 exact.begin_frame(j);
                 for (size_t a = 1; a <= n_in; ++a)
                     for (size_t b = 1; b <= n_out; b += kGroup) {

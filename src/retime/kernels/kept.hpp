@@ -88,4 +88,29 @@ struct FromKept {
 template <typename T>
 using Array = std::vector<T, FromKept<T>>;
 
+// The same, of which the caller sets every number: as it is made it holds any.
+template <typename T>
+struct Unset : FromKept<T> {
+    template <typename U>
+    struct rebind {
+        using other = Unset<U>;
+    };
+
+    Unset() = default;
+    template <typename U>
+    Unset(const Unset<U>&) {}
+
+    template <typename U>
+    void construct(U* place) {
+        ::new (static_cast<void*>(place)) U;
+    }
+    template <typename U, typename... From>
+    void construct(U* place, From&&... from) {
+        ::new (static_cast<void*>(place)) U(static_cast<From&&>(from)...);
+    }
+};
+
+template <typename T>
+using Blank = std::vector<T, Unset<T>>;
+
 }  // namespace retime

@@ -25,10 +25,13 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 inline size_t padded(size_t n) { return (n + kLanes - 1) / kLanes * kLanes; }
 
 // Copy n numbers of each row, from `offset` on, into rows padded with zeros.
-inline Array<double> pad_rows(const double* rows, size_t n_rows, size_t stride, size_t offset, size_t n) {
+inline Blank<double> pad_rows(const double* rows, size_t n_rows, size_t stride, size_t offset, size_t n) {
     const size_t wide = padded(n);
-    Array<double> out(n_rows * wide);
-    for (size_t row = 0; row < n_rows; ++row) std::copy_n(rows + row * stride + offset, n, out.data() + row * wide);
+    Blank<double> out(n_rows * wide);
+    for (size_t row = 0; row < n_rows; ++row) {
+        std::copy_n(rows + row * stride + offset, n, out.data() + row * wide);
+        std::fill_n(out.data() + row * wide + n, wide - n, 0.0);
+    }
     return out;
 }
 
@@ -82,8 +85,8 @@ RETIME_INLINE double squared_distance(const double* a, const double* b, size_t w
     return halved(lanes);
 }
 
-// Inner products of a row with each of the n rows from `rows` on.
-template <typename Level>
+// Inner products of a row with each of the n rows from `rows` on, or with `own` of each of these with itself.
+template <typename Level, bool own = false>
 RETIME_INLINE void dots(const double* x, const double* rows, size_t n, size_t wide, double* out) {
     using Numbers = typename Level::Pack::Numbers;
     constexpr size_t kParts = kLanes * sizeof(double) / sizeof(Numbers), kWidth = kLanes / kParts;
@@ -95,11 +98,11 @@ RETIME_INLINE void dots(const double* x, const double* rows, size_t n, size_t wi
             Numbers sum[Level::kRows][kParts] = {};
             for (size_t d = 0; d < wide; d += kLanes)
                 for (size_t part = 0; part < kParts; ++part) {
-                    Numbers here, there;
-                    std::memcpy(&here, x + d + part * kWidth, sizeof here);
+                    Numbers here = {}, there;
+                    if (!own) std::memcpy(&here, x + d + part * kWidth, sizeof here);
                     for (size_t m = 0; m < Level::kRows; ++m) {
                         std::memcpy(&there, row[first + m] + d + part * kWidth, sizeof there);
-                        sum[m][part] += here * there;
+                        sum[m][part] += (own ? there : here) * there;
                     }
                 }
             std::memcpy(lanes[first], sum, sizeof sum);
@@ -154,7 +157,7 @@ struct Measured {
     const ScoreProblem& p;
     size_t wide;
     // Poses y and z; v dz + w ddz and v dz - w ddz; |dz|^2 + |ddz|^2.
-    Array<double> input, poses, plus, minus, squares;
+    Blank<double> input, poses, plus, minus, squares;
 
     explicit Measured(const ScoreProblem& problem);
 };
@@ -170,7 +173,7 @@ class Measure {
   public:
     // Without poses, distances are those of movements.
     Measure(const Measured& measured, bool with_poses)
-        : q_(measured), with_poses_(with_poses), s_(q_.p.max_skip), wide_(q_.wide), out_(s_ * wide_), in_(s_ * wide_), scratch_(4 * wide_), stamp_(q_.p.n_reference, 0),
+        : q_(measured), with_poses_(with_poses), s_(q_.p.max_skip), wide_(q_.wide), out_(s_ * wide_), in_(s_ * wide_), ee_(s_), ff_(s_), ef_(s_), scratch_(4 * wide_), stamp_(q_.p.n_reference, 0),
           slot_(q_.p.n_reference) {}
 
     // Products of the steps of frames first to last, for all that follows.
@@ -179,18 +182,17 @@ class Measure {
         moved_.resize((last - first) * s_ * s_ + kGroup);
         size_.resize(moved_.size());
         const double vv = q_.p.velocity * q_.p.velocity, ww = q_.p.acceleration * q_.p.acceleration;
-        Array<double> ee(s_), ff(s_), ef(s_);
         for (size_t j = first; j < last; ++j) {
             step(j);
-            for (size_t b = 0; b < n_out_; ++b) dots<Level>(out_.data() + b * wide_, out_.data() + b * wide_, 1, wide_, &ee[b]);
-            for (size_t a = 0; a < n_in_; ++a) dots<Level>(in_.data() + a * wide_, in_.data() + a * wide_, 1, wide_, &ff[a]);
+            dots<Level, true>(nullptr, out_.data(), n_out_, wide_, ee_.data());
+            dots<Level, true>(nullptr, in_.data(), n_in_, wide_, ff_.data());
             for (size_t a = 0; a < n_in_; ++a) {
-                dots<Level>(in_.data() + a * wide_, out_.data(), n_out_, wide_, ef.data());
+                dots<Level>(in_.data() + a * wide_, out_.data(), n_out_, wide_, ef_.data());
                 double* moved = moved_.data() + ((j - first) * s_ + a) * s_;
                 double* size = size_.data() + ((j - first) * s_ + a) * s_;
                 for (size_t b = 0; b < n_out_; ++b) {
-                    const double sum = ee[b] + ff[a];
-                    moved[b] = vv * (sum + 2 * ef[b]) + ww * (sum - 2 * ef[b]);
+                    const double sum = ee_[b] + ff_[a];
+                    moved[b] = vv * (sum + 2 * ef_[b]) + ww * (sum - 2 * ef_[b]);
                     size[b] = (vv + ww) * (2 * sum);
                 }
             }
@@ -238,8 +240,7 @@ class Measure {
             std::memcpy(out + g, &total, sizeof total);
             std::memcpy(enough + g, &least, sizeof least);
         }
-        uint32_t cancelled = 0;
-        for (size_t g = 0; g < kGroup; ++g) cancelled |= static_cast<uint32_t>(!(out[g] > enough[g])) << g;
+        uint32_t cancelled = Level::not_above(out, enough);
         for (cancelled &= (1u << n) - 1; cancelled; cancelled &= cancelled - 1) {
             const size_t g = static_cast<size_t>(__builtin_ctz(cancelled));
             out[g] = pose + direct(a, b + g, row);
@@ -289,7 +290,7 @@ class Measure {
     bool with_poses_;
     size_t s_, wide_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0, n_slots_ = 0;
     uint32_t now_ = 0;
-    Array<double> out_, in_, scratch_, moved_, size_, poses_, e_, f_;
+    Array<double> out_, in_, ee_, ff_, ef_, scratch_, moved_, size_, poses_, e_, f_;
     Array<uint32_t> stamp_, slot_;
     Array<uint8_t> complete_;
 };
@@ -305,14 +306,19 @@ inline Measured::Measured(const ScoreProblem& problem)
     const double v = p.velocity, w = p.acceleration;
     for (size_t row = 0; row < p.n_reference; ++row) {
         const double *dz = p.reference + (3 * row + 1) * p.n_numbers, *ddz = dz + p.n_numbers;
-        double lanes[2][kLanes] = {};
-        for (size_t d = 0; d < p.n_numbers; ++d) {
-            plus[row * wide + d] = v * dz[d] + w * ddz[d];
-            minus[row * wide + d] = v * dz[d] - w * ddz[d];
-            lanes[0][d % kLanes] += dz[d] * dz[d];
-            lanes[1][d % kLanes] += ddz[d] * ddz[d];
-        }
-        for (const auto& of : lanes) squares[row] += halved(of);
+        double lanes[2][kLanes] = {}, *sum = plus.data() + row * wide, *difference = minus.data() + row * wide;
+        const auto add = [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
+            sum[d] = v * dz[d] + w * ddz[d];
+            difference[d] = v * dz[d] - w * ddz[d];
+            lanes[0][lane] += dz[d] * dz[d];
+            lanes[1][lane] += ddz[d] * ddz[d];
+        };
+        const size_t whole = p.n_numbers / kLanes * kLanes;
+        for (size_t d = 0; d < whole; d += kLanes)
+            for (size_t lane = 0; lane < kLanes; ++lane) add(d + lane, lane);
+        for (size_t d = whole; d < p.n_numbers; ++d) add(d, d - whole);
+        for (size_t d = p.n_numbers; d < wide; ++d) sum[d] = difference[d] = 0.0;
+        squares[row] = halved(lanes[0]) + halved(lanes[1]);
     }
 }
 

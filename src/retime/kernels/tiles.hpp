@@ -44,6 +44,13 @@ struct Rows {
     float at(size_t g, size_t column) const { return (here[column] - before[column]) - after[g][column]; }
 };
 
+// Which of kGroup numbers are not above others: bit g stands for the g-th.
+inline uint32_t not_above_plain(const double* numbers, const double* others) {
+    uint32_t found = 0;
+    for (size_t g = 0; g < kGroup; ++g) found |= static_cast<uint32_t>(!(numbers[g] > others[g])) << g;
+    return found;
+}
+
 // Those of the blocks that hold a number at most limits[g]. What is not a number is never within. Returns how many were written to
 // `hits`, which has room for n_blocks.
 inline size_t scan_plain(const Rows& rows, const float* limits, const uint32_t* blocks, size_t n_blocks, Hit* hits) {
@@ -335,6 +342,16 @@ RETIME_AVX2 inline uint32_t nearby_avx2(const Rows& rows, size_t n_blocks, const
     return blocks;
 }
 
+RETIME_AVX512 inline uint32_t not_above_avx512(const double* numbers, const double* others) {
+    return _mm512_cmp_pd_mask(_mm512_loadu_pd(numbers), _mm512_loadu_pd(others), _CMP_NGT_UQ);
+}
+
+RETIME_AVX2 inline uint32_t not_above_avx2(const double* numbers, const double* others) {
+    const int low = _mm256_movemask_pd(_mm256_cmp_pd(_mm256_loadu_pd(numbers), _mm256_loadu_pd(others), _CMP_NGT_UQ));
+    const int high = _mm256_movemask_pd(_mm256_cmp_pd(_mm256_loadu_pd(numbers + 4), _mm256_loadu_pd(others + 4), _CMP_NGT_UQ));
+    return static_cast<uint32_t>(low | high << 4);
+}
+
 RETIME_AVX512 inline uint64_t within_avx512(const float* here, const float* before, const float* after, float limit) {
     uint64_t found = 0;
     for (size_t l = 0; l < kPanel; l += 16) {
@@ -424,6 +441,7 @@ RETIME_TILE_KERNELS(avx512, RETIME_AVX512)
         static constexpr bool kWide = wide;                                              \
         static constexpr auto products = products_##level;                               \
         static constexpr auto minima = minima_##level;                                   \
+        static constexpr auto not_above = not_above_##level;                             \
         static constexpr auto nearby = nearby_##level;                                   \
         static constexpr auto scan = scan_##level;                                       \
         static constexpr auto within = within_##level;                                   \
