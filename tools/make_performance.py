@@ -40,10 +40,10 @@ _TARGETS = """
 * The V1 yardstick is what a user would build: feature vectors of all triples in NumPy, scikit-learn's brute-force k-NN
   on all cores, the layered recurrence in NumPy. retime runs on one thread.
 * Memory is the peak of a fresh process above what it held with its data loaded. For the path, the scores are added.
-* *No bounds* is the same loop, with the same tiles and the same exact distances, but every triple meets every reference
-  frame in all its numbers, and begins without a guess. With bounds, the reference is put in order, projected on the
-  directions that hold nearly all of its variance, triples begin with the neighbours of the triple before, and blocks of
-  64 frames are rejected by their centre and radius. Both give the same bits; the time to put it in order counts.
+* *No bounds* is the loop that shorter references get: every triple meets every reference frame in all its numbers.
+  With bounds, the reference is put in order, projected on the directions that hold nearly all of its variance, triples
+  begin with the neighbours of the triple before, and blocks of 64 frames are rejected by their centre and radius. Both
+  give the same bits; the time to put it in order counts.
 """
 
 _SIZES = """
@@ -122,10 +122,9 @@ A triple meets each reference frame with one subtraction and one minimum, on pro
 tiles that stay in the cache. Scores with s = 1 have nearly all of the products and few of the triples
 ({products_ms:.1f} ms of the {scores_ms:.1f} ms at s = {max_skip}); what more triples take, for {pairs:.3g} pairs of a
 triple and a reference frame, is the other row. The minimum needs no comparison until 64 frames are through, and eight
-triples share what they load, so that the loop itself is the smaller part of that row. The larger one is what makes
-the scores exact: some {n_neighbors} rows a triple are measured again in double precision, each 3 d differences read
-from the second cache, in a fixed order of summation that every machine shares. That work does not shrink with better
-bounds, and no peak of `sgemm` applies to it.
+triples share what they load; nearly all of the row is that loop, then come the few frames of each triple that are
+measured in double precision, from products of single steps that all triples of a frame share. What keeps the loop
+from the peak: one subtraction and one minimum to every load, and no multiplication to join with an addition.
 """
 
 _PATH_ROOFLINE = """

@@ -26,6 +26,7 @@ def bounded_scores(
     low_input: FloatArray,
     low_reference: FloatArray,
     scale: float,
+    order: IntArray,
     following: NDArray[np.int32],
     n_threads: int,
     each: bool,

@@ -67,7 +67,7 @@ struct Bounds {
     Bounds(const ScoreProblem& problem, const Projection& few)
         : p(problem),
           projection(few),
-          measured(problem),
+          measured(problem, few.order),
           low_input(pad_rows(few.input, p.n_input, few.depth, 0, few.depth)),
           low(few.input, p.n_input, few.depth, 1.0),
           columns(few.reference, p.n_reference, few.depth, p.velocity, p.acceleration, 1.0),

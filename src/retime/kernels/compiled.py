@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kernels
 
 _MOST_THREADS = 256
-# A reference of so many frames is worth putting in order.
+# A reference of so many frames is worth putting in order for so many triples.
 _LONG = 4096
+_MANY = 64_000
 # kPanel in tiles.hpp.
 _BLOCK = 64
 # Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
@@ -43,19 +44,19 @@ def joint_scores(
     n_reference = len(reference)
     out = np.full((n_input, max_skip, max_skip, *([n_neighbors] if each else [])), np.inf)
     scale = _scale(inputs, reference)
-    if n_reference < _LONG:
-        _kernels.joint_scores(
-            inputs, reference, max_skip, velocity, acceleration, n_neighbors, scale, n_threads(), each, out
-        )
+    problem = inputs, reference, max_skip, velocity, acceleration, n_neighbors
+    if n_reference < _LONG or n_input * max_skip**2 < _MANY:
+        _kernels.joint_scores(*problem, scale, n_threads(), each, out)
         return out
-    low_inputs, low_reference = _projected(inputs * scale, (reference * scale).reshape(-1, n_numbers))
+    directions = _directions(reference.reshape(-1, n_numbers)) * scale
+    low_inputs, low_reference = inputs @ directions, (reference.reshape(-1, n_numbers) @ directions)
+    low_reference = low_reference.reshape(n_reference, -1)
     order = _neighborhoods(low_reference.astype(np.float32))
     place = np.empty(n_reference + 1, dtype=np.int32)
     place[order], place[n_reference] = np.arange(n_reference), -1
     _kernels.bounded_scores(
-        inputs, reference[order], max_skip, velocity, acceleration, n_neighbors,
-        low_inputs, low_reference[order], scale, place[order + 1], n_threads(), each, out,
-    )  # fmt: skip
+        *problem, low_inputs, low_reference[order], scale, order, place[order + 1], n_threads(), each, out
+    )
     return out
 
 
@@ -70,15 +71,11 @@ def _size(numbers: FloatArray) -> float:
     return max(float(numbers.max()), -float(numbers.min()))
 
 
-def _projected(inputs: FloatArray, parts: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Project inputs (n_input, d) and the reference's poses, velocities and accelerations (3 r, d) on few directions.
-
-    The directions are orthogonal, and hold nearly all of the reference's variance.
-    """
+def _directions(parts: FloatArray) -> FloatArray:
+    """Return few orthogonal directions (d, depth) that hold nearly all variance of poses and their differences."""
     variances, directions = np.linalg.eigh(parts.T @ parts)
     left = np.cumsum(np.maximum(variances, 0))
-    few = np.ascontiguousarray(directions[:, left >= _LOST_VARIANCE * left[-1]])
-    return inputs @ few, (parts @ few).reshape(-1, 3 * few.shape[1])
+    return np.ascontiguousarray(directions[:, left >= _LOST_VARIANCE * left[-1]])
 
 
 def _neighborhoods(rows: NDArray[np.float32]) -> IntArray:

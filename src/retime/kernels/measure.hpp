@@ -159,7 +159,12 @@ struct Measured {
     // Poses y and z; v dz + w ddz and v dz - w ddz; |dz|^2 + |ddz|^2.
     Blank<double> input, poses, plus, minus, squares;
 
-    explicit Measured(const ScoreProblem& problem);
+    const int64_t* order;
+
+    // With `order`, row l is that row of the reference.
+    explicit Measured(const ScoreProblem& problem, const int64_t* order = nullptr);
+
+    const double* reference(size_t row) const { return p.reference + (order ? static_cast<size_t>(order[row]) : row) * 3 * p.n_numbers; }
 };
 
 // Squared distances of triples to reference rows. With e = y_k - y_j, f = y_j - y_i a triple's movement is [v (e + f), w (e - f)], so that
@@ -276,12 +281,13 @@ class Measure {
     RETIME_INLINE double direct(size_t a, size_t b, size_t row) {
         const ScoreProblem& p = q_.p;
         const double *here = q_.input.data() + j_ * wide_, *before = here - a * wide_, *after = here + b * wide_;
+        const double* z = q_.reference(row);
         double *move = scratch_.data(), *there = move + 2 * wide_;
         for (size_t d = 0; d < p.n_numbers; ++d) {
             move[d] = (after[d] - before[d]) * p.velocity;
             move[wide_ + d] = ((after[d] - here[d]) - (here[d] - before[d])) * p.acceleration;
-            there[d] = p.reference[(3 * row + 1) * p.n_numbers + d];
-            there[wide_ + d] = p.reference[(3 * row + 2) * p.n_numbers + d];
+            there[d] = z[p.n_numbers + d];
+            there[wide_ + d] = z[2 * p.n_numbers + d];
         }
         return squared_distance<Level>(move, there, 2 * wide_);
     }
@@ -295,17 +301,20 @@ class Measure {
     Array<uint8_t> complete_;
 };
 
-inline Measured::Measured(const ScoreProblem& problem)
+inline Measured::Measured(const ScoreProblem& problem, const int64_t* in_order)
     : p(problem),
       wide(padded(p.n_numbers)),
       input(pad_rows(p.input, p.n_input, p.n_numbers, 0, p.n_numbers)),
-      poses(pad_rows(p.reference, p.n_reference, 3 * p.n_numbers, 0, p.n_numbers)),
+      poses(p.n_reference * wide),
       plus(p.n_reference * wide),
       minus(p.n_reference * wide),
-      squares(p.n_reference) {
+      squares(p.n_reference),
+      order(in_order) {
     const double v = p.velocity, w = p.acceleration;
     for (size_t row = 0; row < p.n_reference; ++row) {
-        const double *dz = p.reference + (3 * row + 1) * p.n_numbers, *ddz = dz + p.n_numbers;
+        const double *z = reference(row), *dz = z + p.n_numbers, *ddz = dz + p.n_numbers;
+        std::copy_n(z, p.n_numbers, poses.data() + row * wide);
+        std::fill_n(poses.data() + row * wide + p.n_numbers, wide - p.n_numbers, 0.0);
         double lanes[2][kLanes] = {}, *sum = plus.data() + row * wide, *difference = minus.data() + row * wide;
         const auto add = [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
             sum[d] = v * dz[d] + w * ddz[d];

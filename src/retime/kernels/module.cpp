@@ -49,9 +49,9 @@ NB_MODULE(_kernels, m) {
 
     m.def("bounded_scores",
           [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Doubles low_input,
-             Doubles low_reference, double scale, Rows following, int n_threads, bool each, Output out) {
+             Doubles low_reference, double scale, Integers order, Rows following, int n_threads, bool each, Output out) {
               const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
-              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, following.data()};
+              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, order.data(), following.data()};
               nb::gil_scoped_release unlocked;
               retime::bounded_scores(p, low, n_threads, each, out.data());
           });

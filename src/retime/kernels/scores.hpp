@@ -19,16 +19,17 @@ struct ScoreProblem {
 void joint_scores(const ScoreProblem& problem, double scale, int n_threads, bool each, double* out);
 
 // The same poses and features in fewer numbers, times `scale`: an orthogonal projection, so that distances here are at most those there,
-// times scale.
+// times scale; and the reference put in order, so that each 64 rows of it, from the first on, are near one another.
 struct Projection {
     const double* input;      // (n_input, depth), numbers within [-1, 1]
-    const double* reference;  // (n_reference, 3 * depth)
+    const double* reference;  // (n_reference, 3 * depth), in that order
     size_t depth;
     double scale;
+    const int64_t* order;      // (n_reference): where these rows stand in the problem's reference
     const int32_t* following;  // (n_reference): the row of the next frame in time, or -1
 };
 
-// The same scores; quicker where the reference is long, and each 64 rows of it, from the first on, are near one another.
+// The same scores; quicker for long inputs and references.
 void bounded_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out);
 
 // The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each row of `input`, the nearest first, ties to the earlier row.
