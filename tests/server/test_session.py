@@ -137,8 +137,10 @@ def test_two_pages_see_the_same_and_the_slower_one_is_told(served) -> None:
         ({"options": {"slowest": 4.0, "fastest": 2.0}}, "speed limits", {"field": "options.fastest"}),
         ({"clips": [{"path": "none.bvh"}]}, "none.bvh: No such file", {"clip": 0}),
         ({"clips": [{"path": "jump.bvh", "first_frame": 900}]}, "900", {"clip": 0}),
+        ({"clips": [{"path": "jump.bvh"}, {"path": "camera.csv"}]}, "must last alike", {"clip": 1}),
         ({"references": [{}, {"path": "none.bvh"}]}, "none.bvh: No such file", {"reference": 1}),
         ({"references": [{}, {"weight": 0}]}, "the weight of a reference", {"reference": 1}),
+        ({"references": [{"first_frame": 9, "last_frame": 11}]}, "give a longer reference", {"reference": 0}),
         ({"references": [{"path": "camera.csv"}]}, "must be of one kind", {"reference": 0}),
         (
             {"references": [{"path": "leap.bvh", "joints": [{"input": "Hips", "reference": "Tail"}]}]},

@@ -147,6 +147,12 @@ export function parseRate(text: string): string | null {
   return found?.[1] && Number.parseFloat(found[1]) > 0 ? found[1] : null;
 }
 
+/** The number that a rate says, as `parseRate` returns it. */
+export function rateValue(rate: string): number {
+  const [above, below] = rate.split("/");
+  return Number(above) / Number(below ?? 1);
+}
+
 /** A length as frames of output, as the document writes it. */
 export function lengthInFrames(outputEnd: number, rate: number): string {
   return `${Math.max(2, Math.round(outputEnd * rate) + 1)}f`;

@@ -11,6 +11,7 @@ import {
   parseTime,
   parseLength,
   parseRate,
+  rateValue,
   removeClip,
   setLength,
   setRole,
@@ -105,6 +106,11 @@ describe("what people type", () => {
     ["soon", null],
     ["65 % of it", null],
   ])("length %j", (text, length) => expect(parseLength(text)).toBe(length));
+
+  it("rates are numbers", () => {
+    expect(rateValue("24")).toBe(24);
+    expect(rateValue("30000/1001")).toBeCloseTo(29.97, 3);
+  });
 
   it.each([
     ["30", "30"],

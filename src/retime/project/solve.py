@@ -423,6 +423,11 @@ def fault_of(error: Exception, document: Document, last: Document | None) -> Fau
             return Fault(lock=document.locks[error.item].id)
         if error.option == "reference" and error.item < len(document.references):
             return Fault(reference=error.item)
+    if error.option == "reference" and len(document.references) == 1:
+        return Fault(reference=0)
+    if error.option == "motion":
+        # The clips of a group don't agree; the last that is searched came last.
+        return Fault(clip=max(i for i, file in enumerate(document.clips) if file.role == "search"))
     suspects = [key for key in document.keys if key.output_time in error.output_times]
     before = () if last is None else last.keys
     changed = [key for key in suspects if key not in before]

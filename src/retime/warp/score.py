@@ -121,7 +121,8 @@ def check_reference(n_frames: Sequence[int], n_neighbors: int) -> None:
         raise OptionError(
             f"the reference has {' + '.join(str(n) for n in n_frames)} frames at the analysis rate; "
             f"n_neighbors={n_neighbors} needs at least {n_neighbors + 2}: give a longer reference, a higher rate, or "
-            "fewer neighbours"
+            "fewer neighbours",
+            option="reference",
         )
 
 

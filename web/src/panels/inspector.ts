@@ -12,6 +12,7 @@ import {
   parseRate,
   parseSpeed,
   parseTime,
+  rateValue,
   setLength,
   setOption,
 } from "../document";
@@ -26,6 +27,9 @@ import { ClipPanel } from "./clips";
 import type { Dialogs } from "./dialogs";
 import { check, choice, slider, textField, type Field } from "./fields";
 import { ReferencePanel } from "./references";
+
+/** Hz. */
+const FASTEST_ANALYSIS = 240;
 
 type NumberName = "time_scale" | "low_pass" | "n_neighbors" | "max_skip" | "upsample" | "smoothing";
 
@@ -418,9 +422,10 @@ export class Inspector {
     const features = choice<"" | "torso" | "heading" | "signal">("Pose", "In which space poses are compared", (value) =>
       session.edit(setOption(this.document, "features", value === "" ? null : value), "choose pose space"),
     );
-    const rate = textField("Analysis rate", "At how many Hz the search looks at the motion: 30, 29.97. Empty: 30; the output keeps the clip's own", (text) => {
+    const rate = textField("Analysis rate", `At how many Hz the search looks at the motion: 30, 29.97; ${FASTEST_ANALYSIS} at most. Empty: 30; the output keeps the clip's own`, (text) => {
       const value = text === "" ? null : parseRate(text);
-      if (text !== "" && value === null) return false;
+      // A search at a rate far above any capture's would take for ever, and nobody could stop it.
+      if (text !== "" && (value === null || !(rateValue(value) >= 1 && rateValue(value) <= FASTEST_ANALYSIS))) return false;
       session.edit(setOption(this.document, "rate", value), "set analysis rate");
       return true;
     });
