@@ -33,7 +33,7 @@ const HINT_SEEN = "retime.hint";
 
 /** While something is dragged, the panels follow when the hand has rested for some milliseconds, or after so many. */
 const PANELS_REST = 80;
-const PANELS_MOST = 400;
+const PANELS_MOST = 1000;
 
 export class App {
   readonly store: Store;

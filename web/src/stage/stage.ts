@@ -18,7 +18,7 @@ import { SignalView } from "./signals";
  * dragged, one is drawn when the hand has rested for some milliseconds, or after so many; and with fewer pixels.
  */
 const SLOW_REST = 100;
-const SLOW_MOST = 1000;
+const SLOW_MOST = 3000;
 const SLOW_RATIO = 0.5;
 
 /** Seconds of output to each side of the playhead that trails and onion skins cover, and between onion skins. */
