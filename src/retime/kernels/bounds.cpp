@@ -109,8 +109,15 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         }
     };
 
-    // One frame on, the reference has likely gone on too; or it is as for the smaller first skip.
-    const auto begin_group = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
+    // The blocks in the order in which a tile meets them.
+    Array<uint32_t> order(n_panels);
+    Array<float> least(kGroup * kChunk * 16);
+    float total[kGroup * 16] = {}, nth[kGroup];
+    uint64_t nearby[kChunk];
+
+    // One frame on, the reference has likely gone on too; or it is as for the smaller first skip; or what lies near in fewer numbers does in
+    // all of them.
+    const auto begin_group = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group, const Rows& rows) RETIME_LAMBDA_INLINE {
         guesses.clear();
         ++n_guessed;
         const auto guess = [&](int64_t row) {
@@ -124,6 +131,14 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
                     if (const int64_t row = ids[((group - frame_groups) * count + m) * kGroup + g]; row >= 0) guess(q.projection.following[row]);
                 if (a > 1) guess(ids[((group - n_groups) * count + m) * kGroup + g]);
             }
+        const size_t n_blocks = std::min(kChunk, n_panels);
+        Level::minima(rows, n_blocks, least.data(), total);
+        nth_least(total, count, nth);
+        for (uint32_t some = Level::nearby(rows, n_blocks, least.data(), nth, nearby); some; some &= some - 1) {
+            const size_t block = static_cast<size_t>(__builtin_ctz(some));
+            for (uint64_t found = nearby[block]; found; found &= found - 1)
+                guess(static_cast<int64_t>(order[block] * kPanel) + __builtin_ctzll(found));
+        }
         std::fill(of_guesses.begin(), of_guesses.end(), kFar);
         double measured[kGroup];
         for (const size_t row : guesses) {
@@ -146,8 +161,12 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
     };
 
     std::vector<Hit> hits(kChunk);
-    // The blocks in the order in which a tile meets them.
-    Array<uint32_t> order(n_panels);
+    // Columns of a chunk that may be near enough, and how far they are over the limits.
+    struct Found {
+        float over;
+        uint32_t column;
+    };
+    std::vector<Found> found;
     Array<float> radii(q.balls.radii), values(q.centres.n_panels * kPanel), behind(values.size());
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
@@ -241,39 +260,54 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
                 block += std::max<size_t>(n_some, 1);
             }
             each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
+                const Rows rows = rows_of(tile, j, a, b, n_group, 0);
                 if (fresh) {
-                    begin_group(j, a, b, n_group, group);
+                    begin_group(j, a, b, n_group, group, rows);
                     near(j, a, b, n_group, group);
                 }
-                const Rows rows = rows_of(tile, j, a, b, n_group, 0);
                 uint32_t blocks[kChunk];
                 size_t n_some = 0;
                 for (uint32_t some = masks[group]; some; some &= some - 1) blocks[n_some++] = static_cast<uint32_t>(__builtin_ctz(some));
                 const size_t n_hits = Level::scan(rows, limits.data() + group * kGroup, blocks, n_some, hits.data());
-                bool lower = false;
+                // The nearest first: so limits come down before the others are measured.
+                found.clear();
+                const auto over = [&](size_t column) RETIME_LAMBDA_INLINE {
+                    float least_over = std::numeric_limits<float>::infinity();
+                    for (size_t g = 0; g < n_group; ++g) least_over = std::min(least_over, rows.at(g, column) - limits[group * kGroup + g]);
+                    return least_over;
+                };
                 for (size_t hit = 0; hit < n_hits; ++hit) {
                     const size_t column = hits[hit].block * kPanel;
-                    uint64_t found = 0;
+                    uint64_t within = 0;
                     for (uint32_t some = hits[hit].group; some; some &= some - 1) {
                         const size_t g = static_cast<size_t>(__builtin_ctz(some));
-                        found |= Level::within(rows.here + column, rows.before + column, rows.after[g] + column, limits[group * kGroup + g]);
+                        within |= Level::within(rows.here + column, rows.before + column, rows.after[g] + column, limits[group * kGroup + g]);
                     }
-                    // What one triple needs is measured for its neighbours too: a few instructions for all of them.
-                    for (; found; found &= found - 1) {
-                        const size_t row = order[panel + hits[hit].block] * kPanel + static_cast<size_t>(__builtin_ctzll(found)), slot = exact.find(row);
-                        double* far = farthest.data() + group * kGroup;
-                        if (exact.pose(slot) > *std::max_element(far, far + n_group)) continue;
-                        double measured[kGroup], *nearest = squares.data() + group * count * kGroup;
-                        exact.squares(a, b, n_group, row, slot, measured);
-                        keep_least<Level>(measured, count, nearest, static_cast<int64_t>(row), ids.data() + group * count * kGroup);
-                        for (size_t g = 0; g < kGroup; ++g) {
-                            const double worst = nearest[(count - 1) * kGroup + g];
-                            lower |= worst < far[g];
-                            far[g] = worst < far[g] ? worst : far[g];
-                        }
+                    for (; within; within &= within - 1) {
+                        const size_t at = column + static_cast<size_t>(__builtin_ctzll(within));
+                        found.push_back({over(at), static_cast<uint32_t>(at)});
                     }
                 }
-                if (lower) limit(group);
+                if (found.size() > 1) std::sort(found.begin(), found.end(), [](const Found& one, const Found& other) { return one.over < other.over; });
+                double *far = farthest.data() + group * kGroup, *nearest = squares.data() + group * count * kGroup;
+                bool lower = false;
+                for (const Found& next : found) {
+                    if (lower && over(next.column) > 0) continue;
+                    const size_t row = order[panel + next.column / kPanel] * kPanel + next.column % kPanel, slot = exact.find(row);
+                    if (exact.pose(slot) > *std::max_element(far, far + n_group)) continue;
+                    // What one triple needs is measured for its neighbours too: a few instructions for all of them.
+                    double measured[kGroup];
+                    exact.squares(a, b, n_group, row, slot, measured);
+                    keep_least<Level>(measured, count, nearest, static_cast<int64_t>(row), ids.data() + group * count * kGroup);
+                    bool lowered = false;
+                    for (size_t g = 0; g < kGroup; ++g) {
+                        const double worst = nearest[(count - 1) * kGroup + g];
+                        lowered |= worst < far[g];
+                        far[g] = worst < far[g] ? worst : far[g];
+                    }
+                    if (lowered) limit(group);
+                    lower |= lowered;
+                }
             });
         }
         each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
