@@ -81,7 +81,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
     const ScoreProblem& p = q.p;
     const size_t s = p.max_skip, count = p.n_neighbors, depth = q.projection.depth + 1, wide_low = padded(q.projection.depth), n_panels = q.columns.n_panels;
     const double v = p.velocity, w = p.acceleration, scale = q.projection.scale, unit = rounding(q.projection.depth);
-    const size_t n_tile = tile_frames(end - begin, s), n_groups = (s + kGroup - 1) / kGroup;
+    const size_t n_tile = tile_frames(end - begin, s, kChunk * kPanel), n_groups = (s + kGroup - 1) / kGroup;
     TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
     TileProducts centre_products(n_tile, s, (q.centres.n_panels + kChunk) * kPanel);
     TileProducts of_centres = centre_products;
@@ -92,7 +92,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
     Array<int64_t> ids(squares.size(), -1);
     Array<float> limits(base.size()), reach(base.size());
     Array<uint16_t> masks(all_groups);
-    Measure<Level> exact(q.measured, true);
+    Measure<Level> exact(q.measured, begin, end, true);
 
     // The rows that a group begins with, each once.
     std::vector<size_t> guesses;

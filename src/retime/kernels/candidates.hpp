@@ -11,13 +11,15 @@
 
 namespace retime {
 
-// Input frames of a tile, and blocks of the reference that its products hold at once.
-constexpr size_t kTile = 32;
+// Blocks of the reference that a tile's products hold at once, and bytes of them that stay in a second cache.
 constexpr size_t kChunk = 16;
+constexpr size_t kTileBytes = size_t{1} << 19;
 
-// How many frames of n a tile takes: fewer where a frame has many triples.
-inline size_t tile_frames(size_t n, size_t max_skip) {
-    return std::min(n, std::max<size_t>(1, std::min(kTile, (size_t{1} << 17) / (max_skip * max_skip))));
+// How many frames of n a tile takes, where its products have so many columns: fewer where a frame has many triples.
+inline size_t tile_frames(size_t n, size_t max_skip, size_t n_columns) {
+    const size_t n_rows = kTileBytes / (n_columns * sizeof(float));
+    const size_t most = std::clamp<size_t>(n_rows > 2 * max_skip ? (n_rows - 2 * max_skip) / 3 : 0, 32, 64);
+    return std::min(n, std::max<size_t>(1, std::min(most, (size_t{1} << 17) / (max_skip * max_skip))));
 }
 
 // Runs work(from, to) on parts of [begin, end), one a thread. Throws what one of them threw.

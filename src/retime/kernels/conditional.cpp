@@ -5,6 +5,9 @@
 namespace retime {
 namespace {
 
+// Input frames whose products are made at once.
+constexpr size_t kTile = 32;
+
 // The n nearest rows of a query met so far, the nearest first; of rows at one distance the earlier first.
 class Nearest {
   public:
@@ -143,8 +146,8 @@ RETIME_AVX512 void nearest_poses_avx512(const Poses& q, size_t begin, size_t end
 template <typename Level>
 RETIME_INLINE void conditional_rows_body(const Measured& q, const int64_t* nearest, size_t begin, size_t end, double* out) {
     const ScoreProblem& p = q.p;
-    const size_t s = p.max_skip, count = p.n_neighbors, n_groups = (s + kGroup - 1) / kGroup, n_tile = tile_frames(end - begin, s);
-    Measure<Level> exact(q, false);
+    const size_t s = p.max_skip, count = p.n_neighbors, n_groups = (s + kGroup - 1) / kGroup, n_tile = tile_frames(end - begin, s, kPanel);
+    Measure<Level> exact(q, begin, end, false);
     Array<double> squares(s * n_groups * count * kGroup);
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);

@@ -32,7 +32,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     const size_t s = p.max_skip, n = p.n_numbers, count = p.n_neighbors, depth = n + 1;
     const size_t n_panels = q.columns.n_panels;
     const double unit = rounding(n);
-    const size_t n_tile = tile_frames(end - begin, s);
+    const size_t n_tile = tile_frames(end - begin, s, std::min(kChunk, n_panels) * kPanel);
     TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
 
     // Of each triple of the tile: the squared distances of its nearest rows so far, the smallest first, for kGroup triples beside each other.
@@ -40,7 +40,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     Array<double> squares(n_tile * s * n_groups * count * kGroup);
     Array<float> lowest_limits(n_tile * s * n_groups * kGroup), least(kGroup * kChunk * 16);
     float total[kGroup * 16] = {};
-    Measure<Level> exact(q.measured, true);
+    Measure<Level> exact(q.measured, begin, end, true);
 
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);

@@ -85,8 +85,8 @@ RETIME_INLINE double squared_distance(const double* a, const double* b, size_t w
     return halved(lanes);
 }
 
-// Inner products of a row with each of the n rows from `rows` on, or with `own` of each of these with itself.
-template <typename Level, bool own = false>
+// Inner products of a row with each of the n rows from `rows` on, or with `apart` its squared distances to them.
+template <typename Level, bool apart = false>
 RETIME_INLINE void dots(const double* x, const double* rows, size_t n, size_t wide, double* out) {
     using Numbers = typename Level::Pack::Numbers;
     constexpr size_t kParts = kLanes * sizeof(double) / sizeof(Numbers), kWidth = kLanes / kParts;
@@ -98,11 +98,11 @@ RETIME_INLINE void dots(const double* x, const double* rows, size_t n, size_t wi
             Numbers sum[Level::kRows][kParts] = {};
             for (size_t d = 0; d < wide; d += kLanes)
                 for (size_t part = 0; part < kParts; ++part) {
-                    Numbers here = {}, there;
-                    if (!own) std::memcpy(&here, x + d + part * kWidth, sizeof here);
+                    Numbers here, there;
+                    std::memcpy(&here, x + d + part * kWidth, sizeof here);
                     for (size_t m = 0; m < Level::kRows; ++m) {
                         std::memcpy(&there, row[first + m] + d + part * kWidth, sizeof there);
-                        sum[m][part] += (own ? there : here) * there;
+                        sum[m][part] += apart ? (here - there) * (here - there) : here * there;
                     }
                 }
             std::memcpy(lanes[first], sum, sizeof sum);
@@ -171,37 +171,48 @@ struct Measured {
 //
 //   |[dy, ddy] - [dz, ddz]|^2 = (vv |e + f|^2 + ww |e - f|^2 - 2 (e.(v dz + w ddz) + f.(v dz - w ddz))) + |dz|^2 + |ddz|^2
 //
-// needs inner products of single steps only, those of a row with the steps of one frame for all of its triples. Where the terms all but
-// cancel, the movement is measured as it is.
+// needs inner products of single steps only, those of a row with the steps of one frame for all of its triples; e + f is a step too, and
+// |e - f|^2 = 2 (|e|^2 + |f|^2) - |e + f|^2. Where the terms all but cancel, the movement is measured as it is.
 template <typename Level>
 class Measure {
   public:
-    // Without poses, distances are those of movements.
-    Measure(const Measured& measured, bool with_poses)
-        : q_(measured), with_poses_(with_poses), s_(q_.p.max_skip), wide_(q_.wide), out_(s_ * wide_), in_(s_ * wide_), ee_(s_), ff_(s_), ef_(s_), scratch_(4 * wide_), stamp_(q_.p.n_reference, 0),
-          slot_(q_.p.n_reference) {}
+    // For triples with their middle in frames begin to end. Without poses, distances are those of movements.
+    RETIME_INLINE Measure(const Measured& measured, size_t begin, size_t end, bool with_poses)
+        : q_(measured),
+          with_poses_(with_poses),
+          s_(q_.p.max_skip),
+          wide_(q_.wide),
+          begin_(begin > s_ ? begin - s_ : 0),
+          lengths_((end - begin_) * 2 * s_ + kGroup),
+          out_(s_ * wide_),
+          in_(s_ * wide_),
+          scratch_(4 * wide_),
+          stamp_(q_.p.n_reference, 0),
+          slot_(q_.p.n_reference) {
+        for (size_t i = begin_; i < end; ++i) {
+            const double* here = q_.input.data() + i * wide_;
+            dots<Level, true>(here, here + wide_, std::min(2 * s_, q_.p.n_input - 1 - i), wide_, lengths_.data() + (i - begin_) * 2 * s_);
+        }
+    }
 
-    // Products of the steps of frames first to last, for all that follows.
+    // Triples of frames first to last are next.
     RETIME_INLINE void begin_tile(size_t first, size_t last) {
         first_ = first;
         moved_.resize((last - first) * s_ * s_ + kGroup);
         size_.resize(moved_.size());
         const double vv = q_.p.velocity * q_.p.velocity, ww = q_.p.acceleration * q_.p.acceleration;
-        for (size_t j = first; j < last; ++j) {
-            step(j);
-            dots<Level, true>(nullptr, out_.data(), n_out_, wide_, ee_.data());
-            dots<Level, true>(nullptr, in_.data(), n_in_, wide_, ff_.data());
-            for (size_t a = 0; a < n_in_; ++a) {
-                dots<Level>(in_.data() + a * wide_, out_.data(), n_out_, wide_, ef_.data());
-                double* moved = moved_.data() + ((j - first) * s_ + a) * s_;
-                double* size = size_.data() + ((j - first) * s_ + a) * s_;
-                for (size_t b = 0; b < n_out_; ++b) {
-                    const double sum = ee_[b] + ff_[a];
-                    moved[b] = vv * (sum + 2 * ef_[b]) + ww * (sum - 2 * ef_[b]);
-                    size[b] = (vv + ww) * (2 * sum);
+        for (size_t j = first; j < last; ++j)
+            for (size_t a = 1; a <= s_ && a <= j; ++a) {
+                // Squared lengths of the steps from i on and from j on.
+                const double *from_i = lengths_.data() + (j - a - begin_) * 2 * s_, *from_j = lengths_.data() + (j - begin_) * 2 * s_;
+                double* moved = moved_.data() + ((j - first) * s_ + a - 1) * s_;
+                double* size = size_.data() + ((j - first) * s_ + a - 1) * s_;
+                for (size_t b = 1; b <= s_ && j + b < q_.p.n_input; ++b) {
+                    const double both = from_i[a + b - 1], twice = 2 * (from_j[b - 1] + from_i[a - 1]);
+                    moved[b - 1] = vv * both + ww * (twice - both);
+                    size[b - 1] = (vv + ww) * twice;
                 }
             }
-        }
     }
 
     // Triples of frame j are next.
@@ -294,9 +305,9 @@ class Measure {
 
     const Measured& q_;
     bool with_poses_;
-    size_t s_, wide_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0, n_slots_ = 0;
+    size_t s_, wide_, begin_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0, n_slots_ = 0;
     uint32_t now_ = 0;
-    Array<double> out_, in_, ee_, ff_, ef_, scratch_, moved_, size_, poses_, e_, f_;
+    Array<double> lengths_, out_, in_, scratch_, moved_, size_, poses_, e_, f_;
     Array<uint32_t> stamp_, slot_;
     Array<uint8_t> complete_;
 };

@@ -162,20 +162,21 @@ class _Steps:
         self.plus = velocity * self.dz + acceleration * self.ddz
         self.minus = velocity * self.dz - acceleration * self.ddz
         self.zz = _dots(self.dz, self.dz) + _dots(self.ddz, self.ddz)
-        # Steps of b frames belong to the frame that they leave.
+        # Steps of b frames belong to the frame that they leave; squared lengths of two steps together, too.
         self.steps = [inputs[b:] - inputs[:-b] for b in range(1, min(max_skip, len(inputs) - 2) + 1)]
-        self.lengths = [_dots(step, step) for step in self.steps]
+        self.lengths = [
+            squared_distances(inputs[:-b], inputs[b:]) for b in range(1, min(2 * max_skip, len(inputs) - 1) + 1)
+        ]
 
     def triples(self, a: int, b: int) -> None:
         """Take triples (i, i + a, i + a + b) next."""
         n_triples = len(self.inputs) - a - b
         self.a, self.b = a, b
         self.f, self.e = self.steps[a - 1][:n_triples], self.steps[b - 1][a:]
-        ef = _dots(self.f, self.e)
-        total = self.lengths[b - 1][a:] + self.lengths[a - 1][:n_triples]
+        both, twice = self.lengths[a + b - 1], 2 * (self.lengths[b - 1][a:] + self.lengths[a - 1][:n_triples])
         vv, ww = self.velocity * self.velocity, self.acceleration * self.acceleration
-        self.moved = vv * (total + 2 * ef) + ww * (total - 2 * ef)
-        self.size = (vv + ww) * (2 * total)
+        self.moved = vv * both + ww * (twice - both)
+        self.size = (vv + ww) * twice
 
     def movement(self, i: IntArray | slice) -> tuple[FloatArray, FloatArray]:
         """Scaled velocities and accelerations of triples."""

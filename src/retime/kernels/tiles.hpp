@@ -119,14 +119,17 @@ RETIME_INLINE void nth_least(const float* total, size_t count, float* out) {
 #endif
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     for (size_t g = 0; g < kGroup; g += kWidth) {
+        // The least so far of each triple, in order.
         Floats nearest[16];
         for (auto& some : nearest) some = Floats{} + kInfinity;
-        const auto keep = [&](Floats& more) RETIME_LAMBDA_INLINE {
-            for (size_t m = 0; m < count && m < 16; ++m) {
+        const size_t n_kept = std::min<size_t>(count, 16);
+        const auto keep = [&](Floats more) RETIME_LAMBDA_INLINE {
+            for (size_t m = 0; m + 1 < n_kept; ++m) {
                 const Floats here = nearest[m];
                 nearest[m] = more < here ? more : here;
                 more = more < here ? here : more;
             }
+            nearest[n_kept - 1] = more < nearest[n_kept - 1] ? more : nearest[n_kept - 1];
         };
         for (size_t l = 0; l < 16; l += kWidth) {
             Floats rows[kWidth];
@@ -138,9 +141,9 @@ RETIME_INLINE void nth_least(const float* total, size_t count, float* out) {
             rows[0] = RETIME_SHUFFLE(a, c, 0, 1, 4, 5), rows[1] = RETIME_SHUFFLE(a, c, 2, 3, 6, 7);
             rows[2] = RETIME_SHUFFLE(b, d, 0, 1, 4, 5), rows[3] = RETIME_SHUFFLE(b, d, 2, 3, 6, 7);
 #endif
-            for (auto& row : rows) keep(row);
+            for (const auto& row : rows) keep(row);
         }
-        const Floats nth = count > 16 ? Floats{} + kInfinity : nearest[count - 1];
+        const Floats nth = count > 16 ? Floats{} + kInfinity : nearest[n_kept - 1];
         std::memcpy(out + g, &nth, sizeof nth);
     }
 }

@@ -336,14 +336,15 @@ def timing_features(poses: FloatArray, *, rate: float, time_scale: float) -> Flo
     before, here, after = poses[:-2], poses[1:-1], poses[2:]
     n_numbers = poses.shape[1]
     features = np.empty((len(here), 3 * n_numbers))
-    features[:, :n_numbers] = here
+    pose, first, second = (features[:, part * n_numbers : (part + 1) * n_numbers] for part in range(3))
     # In place: new memory costs more than the arithmetic.
-    first, second = features[:, n_numbers : 2 * n_numbers], features[:, 2 * n_numbers :]
+    np.subtract(after, here, out=second)
+    np.subtract(here, before, out=pose)
+    second -= pose
+    second *= acceleration
     np.subtract(after, before, out=first)
     first *= velocity
-    np.subtract(after, here, out=second)
-    second -= here - before
-    second *= acceleration
+    pose[...] = here
     return features
 
 
