@@ -47,7 +47,7 @@ struct Poses {
     const PoseProblem& p;
     Blank<double> input, poses;
     Low low;
-    Array<float> panels;
+    Blank<float> panels;
     size_t n_panels;
     double longest = 0, largest = 0;
 
@@ -58,22 +58,23 @@ struct Poses {
           low(p.input, p.n_input, p.n_numbers, p.scale, p.origin),
           n_panels((p.n_reference + kPanel - 1) / kPanel) {
         const size_t n = p.n_numbers;
-        panels.assign(n_panels * (n + 1) * kPanel, 0.0f);
-        for (size_t l = 0; l < n_panels * kPanel; ++l) {
-            float* column = panels.data() + l / kPanel * (n + 1) * kPanel + l % kPanel;
-            if (l >= p.n_reference) {
-                column[n * kPanel] = std::numeric_limits<float>::quiet_NaN();
-                continue;
+        panels.resize(n_panels * (n + 1) * kPanel);
+        // Sixteen rows at a time: their numbers of one place stand beside each other.
+        for (size_t first = 0; first < n_panels * kPanel; first += 16) {
+            float* column = panels.data() + first / kPanel * (n + 1) * kPanel + first % kPanel;
+            double squares[16] = {};
+            for (size_t d = 0; d < n; ++d)
+                for (size_t l = 0; l < 16; ++l) {
+                    const double number = first + l < p.n_reference ? (p.poses[(first + l) * n + d] - p.origin[d]) * p.scale : 0.0;
+                    column[d * kPanel + l] = static_cast<float>(-number);
+                    squares[l] += number * number;
+                }
+            for (size_t l = 0; l < 16; ++l) {
+                const bool there = first + l < p.n_reference;
+                column[n * kPanel + l] = there ? static_cast<float>(0.5 * squares[l]) : std::numeric_limits<float>::quiet_NaN();
+                longest = std::max(longest, std::sqrt(squares[l]));
+                largest = std::max(largest, 0.5 * squares[l]);
             }
-            double square = 0.0;
-            for (size_t d = 0; d < n; ++d) {
-                const double number = (p.poses[l * n + d] - p.origin[d]) * p.scale;
-                column[d * kPanel] = static_cast<float>(-number);
-                square += number * number;
-            }
-            column[n * kPanel] = static_cast<float>(0.5 * square);
-            longest = std::max(longest, std::sqrt(square));
-            largest = std::max(largest, 0.5 * square);
         }
     }
 };

@@ -83,11 +83,11 @@ RETIME_INLINE void extend(int64_t s, const double* leaving, const double* f, int
 }
 
 // Defines the versions of a kernel from one body, a template over the steps taken at a time.
-#define RETIME_STEP_VERSIONS(result, kernel, parameters, arguments)                   \
+#define RETIME_STEP_VERSIONS(result, kernel, parameters, arguments)              \
     result kernel##_plain parameters { return kernel##_body<Two> arguments; }     \
     RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)
 #if RETIME_X86
-#define RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)                            \
+#define RETIME_STEP_VERSIONS_X86(result, kernel, parameters, arguments)                        \
     RETIME_AVX2 result kernel##_avx2 parameters { return kernel##_body<Four> arguments; }      \
     RETIME_AVX512 result kernel##_avx512 parameters { return kernel##_body<Eight> arguments; }
 #else
