@@ -95,6 +95,14 @@ export class Editor {
     return this.page.locator(`.readout[data-is=${which}] b`).innerText();
   }
 
+  /** Wait until a readout shows something else; the panels follow the curve when the hand rests. */
+  async changed(which, from) {
+    await this.page.waitForFunction(
+      ([selector, old]) => document.querySelector(selector).innerText !== old,
+      [`.readout[data-is=${which}] b`, from],
+    );
+  }
+
   /** Do something, and wait for the curve that answers it. */
   async answered(action) {
     await this.page.evaluate(() => {
