@@ -43,7 +43,7 @@ _TARGETS = """
 * *No bounds* is the loop that shorter references get: every triple meets every reference frame in all its numbers.
   With bounds, the reference is put in order, projected on the directions that hold nearly all of its variance, triples
   begin with the neighbours of the triple before, and blocks of 64 frames are rejected by their centre and radius. Both
-  give the same bits; the time to put it in order counts.
+  give the same bits; the time to put it in order counts. [Decisions](decisions.md) say what limits the ratio.
 """
 
 _SIZES = """
@@ -122,9 +122,10 @@ A triple meets each reference frame with one subtraction and one minimum, on pro
 tiles that stay in the cache. Scores with s = 1 have nearly all of the products and few of the triples
 ({products_ms:.1f} ms of the {scores_ms:.1f} ms at s = {max_skip}); what more triples take, for {pairs:.3g} pairs of a
 triple and a reference frame, is the other row. The minimum needs no comparison until 64 frames are through, and eight
-triples share what they load; nearly all of the row is that loop, then come the few frames of each triple that are
-measured in double precision, from products of single steps that all triples of a frame share. What keeps the loop
-from the peak: one subtraction and one minimum to every load, and no multiplication to join with an addition.
+triples share what they load. At V1's size a third of the row is that loop; the rest sets each triple's limit, and
+measures its few candidates in double precision, from products of single steps that all triples of a frame share.
+What keeps the loop from the peak: one subtraction and one minimum to every load, and no multiplication to join with
+an addition.
 """
 
 _PATH_ROOFLINE = """
