@@ -20,7 +20,7 @@ RETIME_INLINE double squared_feature(const double* __restrict yi, const double* 
             const double acceleration = ((yk[d + lane] - here) - (here - yi[d + lane])) * w;
             sum[lane] += here * here + velocity * velocity + acceleration * acceleration;
         }
-    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+    return eight_halved(sum);
 }
 
 // Blocks of kPanel rows as balls.
@@ -173,21 +173,6 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         // The last frame of the tile before becomes the first of this one's.
         if (first > begin) std::copy_n(ids.data() + n_tile * frame_groups * count * kGroup, frame_groups * count * kGroup, ids.data());
         exact.begin_tile(first, last);
-        // Frames that the tile's triples begin and end with.
-        const size_t before_first = first > s ? first - s : 0, after_last = std::min(last + s, p.n_input), after_first = std::min(first + 1, after_last);
-        const auto multiply = [&](const Columns& columns, size_t panel, size_t n_some, TileProducts& to, size_t column) {
-            const size_t at = panel * depth * kPanel;
-            Level::products(q.low.rows.data() + first * depth, last - first, depth, columns.here.data() + at, n_some, to.here.data() + column, to.stride);
-            Level::products(q.low.rows.data() + before_first * depth, last - before_first, depth, columns.before.data() + at, n_some,
-                            to.before.data() + column, to.stride);
-            Level::products(q.low.rows.data() + after_first * depth, after_last - after_first, depth, columns.after.data() + at, n_some,
-                            to.after.data() + column, to.stride);
-        };
-        const auto rows_of = [&](const TileProducts& of, size_t j, size_t a, size_t b, size_t n_group, size_t column) RETIME_LAMBDA_INLINE {
-            Rows rows{of.here.data() + (j - first) * of.stride + column, of.before.data() + (j - a - before_first) * of.stride + column, {}, n_group};
-            for (size_t g = 0; g < n_group; ++g) rows.after[g] = of.after.data() + (j + b + g - after_first) * of.stride + column;
-            return rows;
-        };
         const auto each_group = [&](auto work) RETIME_LAMBDA_INLINE {
             for (size_t j = first; j < last; ++j) {
                 exact.begin_frame(j);
@@ -196,13 +181,13 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
                         work(j, a, b, std::min({kGroup, s - b + 1, p.n_input - j - b}), ((j - first + 1) * s + a - 1) * n_groups + (b - 1) / kGroup);
             }
         };
-        multiply(q.centres, 0, q.centres.n_panels, centre_products, 0);
+        centre_products.multiply<Level>(q.low, q.centres, p, depth, first, last, 0, q.centres.n_panels, 0);
         // Blocks that are the nearest of some triple come first, then those that come close to that: so limits come down early.
         std::fill(behind.begin(), behind.end(), static_cast<float>(kFar));
         for (size_t j = first; j < last; ++j)
             for (size_t a = 1; a <= s && a <= j; a += 2)
                 for (size_t b = 1; b <= s && j + b < p.n_input; b += 2) {
-                    const Rows rows = rows_of(centre_products, j, a, b, 1, 0);
+                    const Rows rows = centre_products.rows(j, a, b, 1, 0);
                     const float *__restrict here = rows.here, *__restrict before = rows.before, *__restrict after = rows.after[0];
                     alignas(64) float some[16];
                     std::fill_n(some, 16, static_cast<float>(kFar));
@@ -224,14 +209,15 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         std::sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) {
             return behind[one] < behind[other] || (behind[one] == behind[other] && one < other);
         });
+        of_centres.first = centre_products.first, of_centres.before_first = centre_products.before_first, of_centres.after_first = centre_products.after_first;
         const auto arrange = [&](const Blank<float>& from, Blank<float>& to, size_t n_rows) {
             for (size_t row = 0; row < n_rows; ++row)
                 for (size_t place = 0; place < n_panels; ++place)
                     to[row * of_centres.stride + place] = from[row * of_centres.stride + order[place]];
         };
         arrange(centre_products.here, of_centres.here, last - first);
-        arrange(centre_products.before, of_centres.before, last - before_first);
-        arrange(centre_products.after, of_centres.after, after_last - after_first);
+        arrange(centre_products.before, of_centres.before, last - of_centres.before_first);
+        arrange(centre_products.after, of_centres.after, std::min(last + s, p.n_input) - of_centres.after_first);
         for (size_t place = 0; place < n_panels; ++place) radii[place] = q.balls.radii[order[place]];
 
         for (size_t panel = 0; panel < n_panels; panel += kChunk) {
@@ -241,7 +227,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
             uint32_t needed = fresh ? all : 0;
             const auto near = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
                 uint32_t found[kGroup], any = 0;
-                Level::near(rows_of(of_centres, j, a, b, n_group, panel), radii.data() + panel, reach.data() + group * kGroup,
+                Level::near(of_centres.rows(j, a, b, n_group, panel), radii.data() + panel, reach.data() + group * kGroup,
                             limits.data() + group * kGroup, found);
                 for (size_t g = 0; g < n_group; ++g) any |= found[g];
                 masks[group] = static_cast<uint16_t>(any & all);
@@ -256,11 +242,11 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
                 const size_t from = order[panel + block];
                 size_t n_some = 0;
                 while (block + n_some < n_blocks && needed >> (block + n_some) & 1 && order[panel + block + n_some] == from + n_some) ++n_some;
-                if (n_some) multiply(q.columns, from, n_some, tile, block * kPanel);
+                if (n_some) tile.multiply<Level>(q.low, q.columns, p, depth, first, last, from, n_some, block * kPanel);
                 block += std::max<size_t>(n_some, 1);
             }
             each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
-                const Rows rows = rows_of(tile, j, a, b, n_group, 0);
+                const Rows rows = tile.rows(j, a, b, n_group, 0);
                 if (fresh) {
                     begin_group(j, a, b, n_group, group, rows);
                     near(j, a, b, n_group, group);

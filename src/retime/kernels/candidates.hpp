@@ -63,17 +63,13 @@ struct Low {
         const double* middle = origin ? origin : nothing.data();
         for (size_t row = 0; row < n_rows; ++row) {
             double sum[8] = {};
-            const auto add = [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
+            in_lanes<8>(depth, [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
                 const double number = (from[row * depth + d] - middle[d]) * scale;
                 rows[row * (depth + 1) + d] = static_cast<float>(number);
                 sum[lane] += number * number;
-            };
-            const size_t whole = depth / 8 * 8;
-            for (size_t d = 0; d < whole; d += 8)
-                for (size_t lane = 0; lane < 8; ++lane) add(d + lane, lane);
-            for (size_t d = whole; d < depth; ++d) add(d, 0);
+            });
             rows[row * (depth + 1) + depth] = 1.0f;
-            lengths[row] = std::sqrt(((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])));
+            lengths[row] = std::sqrt(eight_halved(sum));
         }
     }
 };
@@ -101,21 +97,14 @@ struct Columns {
                 const double* row = rows + (first + l) * 3 * depth;
                 float* to = some.data() + l * 3 * depth;
                 double sums[4][8] = {};
-                const auto add = [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
+                in_lanes<8>(depth, [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
                     const double z = row[d] * scale, dz = row[depth + d] * scale, ddz = row[2 * depth + d] * scale;
                     const double of_here = z - 2 * w * ddz, of_after = v * dz + w * ddz, of_before = w * ddz - v * dz;
                     to[d] = static_cast<float>(-of_here), to[depth + d] = static_cast<float>(of_before), to[2 * depth + d] = static_cast<float>(of_after);
                     sums[0][lane] += of_here * of_here, sums[1][lane] += of_before * of_before, sums[2][lane] += of_after * of_after;
                     sums[3][lane] += z * z + dz * dz + ddz * ddz;
-                };
-                const size_t whole = depth / 8 * 8;
-                for (size_t d = 0; d < whole; d += 8)
-                    for (size_t lane = 0; lane < 8; ++lane) add(d + lane, lane);
-                for (size_t d = whole; d < depth; ++d) add(d, 0);
-                const auto total = [](const double* sum) {
-                    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
-                };
-                h[l] = total(sums[0]), b[l] = total(sums[1]), a[l] = total(sums[2]), squares[l] = total(sums[3]);
+                });
+                h[l] = eight_halved(sums[0]), b[l] = eight_halved(sums[1]), a[l] = eight_halved(sums[2]), squares[l] = eight_halved(sums[3]);
             }
             for (size_t d = 0; d < depth; ++d)
                 for (size_t l = 0; l < 16; ++l) {
@@ -140,13 +129,36 @@ struct Columns {
     }
 };
 
-// Products of a tile's frames, or of their steps' ends, with panels of columns.
+// Products of a tile's frames, and of the frames that its triples begin and end with, with panels of columns.
 struct TileProducts {
     size_t stride;
     Blank<float> here, before, after;
+    // The first of the tile's frames, of those before and of those after.
+    size_t first = 0, before_first = 0, after_first = 0;
 
     TileProducts(size_t n_rows, size_t reach, size_t n_columns)
         : stride(n_columns), here(n_rows * stride), before((n_rows + reach) * stride), after((n_rows + reach) * stride) {}
+
+    // Products of frames [from, to) with `n_some` panels from `panel` on, put at `column`.
+    template <typename Level>
+    RETIME_INLINE void multiply(const Low& low, const Columns& columns, const ScoreProblem& p, size_t depth, size_t from, size_t to, size_t panel, size_t n_some,
+                                size_t column) {
+        const size_t at = panel * depth * kPanel, last = std::min(to + p.max_skip, p.n_input);
+        first = from, before_first = from > p.max_skip ? from - p.max_skip : 0, after_first = std::min(from + 1, last);
+        const auto part = [&](const Blank<float>& panels, size_t begin, size_t end, Blank<float>& out) RETIME_LAMBDA_INLINE {
+            Level::products(low.rows.data() + begin * depth, end - begin, depth, panels.data() + at, n_some, out.data() + column, stride);
+        };
+        part(columns.here, first, to, here);
+        part(columns.before, before_first, to, before);
+        part(columns.after, after_first, last, after);
+    }
+
+    // Those of triples (j - a, j, j + b) to (j - a, j, j + b + n_group - 1), from a column on.
+    RETIME_INLINE Rows rows(size_t j, size_t a, size_t b, size_t n_group, size_t column) const {
+        Rows rows{here.data() + (j - first) * stride + column, before.data() + (j - a - before_first) * stride + column, {}, n_group};
+        for (size_t g = 0; g < n_group; ++g) rows.after[g] = after.data() + (j + b + g - after_first) * stride + column;
+        return rows;
+    }
 };
 
 }  // namespace retime

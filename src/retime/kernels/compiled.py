@@ -49,7 +49,7 @@ def joint_scores(
         _kernels.joint_scores(*problem, scale, n_threads(), each, out)
         return out
     directions = _directions(reference.reshape(-1, n_numbers)) * scale
-    low_inputs, low_reference = inputs @ directions, (reference.reshape(-1, n_numbers) @ directions)
+    low_inputs, low_reference = inputs @ directions, reference.reshape(-1, n_numbers) @ directions
     low_reference = low_reference.reshape(n_reference, -1)
     order = _neighborhoods(low_reference.astype(np.float32))
     place = np.empty(n_reference + 1, dtype=np.int32)

@@ -18,8 +18,6 @@ class Nearest {
         std::fill_n(rows_, n_, -1);
     }
 
-    double limit() const { return squares_[n_ - 1]; }
-
     bool holds(int32_t row) const {
         for (size_t m = 0; m < n_; ++m)
             if (rows_[m] == row) return true;

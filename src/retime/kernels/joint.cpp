@@ -4,8 +4,7 @@
 //
 // The squared distance separates into a term of j, one of k and one of i for each reference frame l, so a candidate costs two
 // subtractions instead of 3 * n_numbers of them. In single precision each is right up to `slack`: a row that is farther than the
-// n_neighbors nearest by more than twice that can't be among them. The rest are measured exactly; the pose part of that belongs to (j, l)
-// alone and is kept for all triples of j.
+// n_neighbors nearest by more than twice that can't be among them. The rest are measured exactly (measure.hpp), eight triples at once.
 
 #include "candidates.hpp"
 
@@ -46,26 +45,17 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         const size_t last = std::min(first + n_tile, end);
         std::fill(squares.begin(), squares.end(), kFar);
         std::fill(lowest_limits.begin(), lowest_limits.end(), std::numeric_limits<float>::infinity());
-        // With one chunk, each frame's products are made where they are used.
-        if (n_panels > kChunk) exact.begin_tile(first, last);
-        // Frames that the tile's triples begin and end with.
-        const size_t before_first = first > s ? first - s : 0, after_last = std::min(last + s, p.n_input), after_first = std::min(first + 1, after_last);
+        exact.begin_tile(first, last);
         for (size_t panel = 0; panel < n_panels; panel += kChunk) {
-            const size_t n_blocks = std::min(kChunk, n_panels - panel), at = panel * depth * kPanel;
-            Level::products(q.low.rows.data() + first * depth, last - first, depth, q.columns.here.data() + at, n_blocks, tile.here.data(), tile.stride);
-            Level::products(q.low.rows.data() + before_first * depth, last - before_first, depth, q.columns.before.data() + at, n_blocks, tile.before.data(),
-                            tile.stride);
-            Level::products(q.low.rows.data() + after_first * depth, after_last - after_first, depth, q.columns.after.data() + at, n_blocks,
-                            tile.after.data(), tile.stride);
+            const size_t n_blocks = std::min(kChunk, n_panels - panel);
+            tile.multiply<Level>(q.low, q.columns, p, depth, first, last, panel, n_blocks, 0);
             for (size_t j = first; j < last; ++j) {
                 const size_t n_in = std::min(s, j), n_out = std::min(s, p.n_input - 1 - j);
-                if (n_panels <= kChunk) exact.begin_tile(j, j + 1);
                 exact.begin_frame(j);
                 for (size_t a = 1; a <= n_in; ++a)
                     for (size_t b = 1; b <= n_out; b += kGroup) {
                         const size_t n_group = std::min(kGroup, n_out - b + 1);
-                        Rows rows{tile.here.data() + (j - first) * tile.stride, tile.before.data() + (j - a - before_first) * tile.stride, {}, n_group};
-                        for (size_t g = 0; g < n_group; ++g) rows.after[g] = tile.after.data() + (j + b + g - after_first) * tile.stride;
+                        const Rows rows = tile.rows(j, a, b, n_group, 0);
                         Level::minima(rows, n_blocks, least.data(), total);
                         // Never above what an earlier chunk has shown.
                         float limits[kGroup], *lowest = lowest_limits.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * kGroup;

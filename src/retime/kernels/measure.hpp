@@ -35,10 +35,21 @@ inline Blank<double> pad_rows(const double* rows, size_t n_rows, size_t stride, 
     return out;
 }
 
+// Runs add(d, lane) for the numbers of a row, running sums beside each other.
+template <size_t kSums, typename Add>
+RETIME_INLINE void in_lanes(size_t n, Add add) {
+    const size_t whole = n / kSums * kSums;
+    for (size_t d = 0; d < whole; d += kSums)
+        for (size_t lane = 0; lane < kSums; ++lane) add(d + lane, lane);
+    for (size_t d = whole; d < n; ++d) add(d, d - whole);
+}
+
+RETIME_INLINE double eight_halved(const double* sum) { return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])); }
+
 RETIME_INLINE double halved(const double* lanes) {
     double half[kLanes / 2];
     for (size_t l = 0; l < kLanes / 2; ++l) half[l] = lanes[l] + lanes[l + kLanes / 2];
-    return ((half[0] + half[4]) + (half[2] + half[6])) + ((half[1] + half[5]) + (half[3] + half[7]));
+    return eight_halved(half);
 }
 
 // Running sums of a batch.
@@ -327,16 +338,12 @@ inline Measured::Measured(const ScoreProblem& problem, const int64_t* in_order)
         std::copy_n(z, p.n_numbers, poses.data() + row * wide);
         std::fill_n(poses.data() + row * wide + p.n_numbers, wide - p.n_numbers, 0.0);
         double lanes[2][kLanes] = {}, *sum = plus.data() + row * wide, *difference = minus.data() + row * wide;
-        const auto add = [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
+        in_lanes<kLanes>(p.n_numbers, [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
             sum[d] = v * dz[d] + w * ddz[d];
             difference[d] = v * dz[d] - w * ddz[d];
             lanes[0][lane] += dz[d] * dz[d];
             lanes[1][lane] += ddz[d] * ddz[d];
-        };
-        const size_t whole = p.n_numbers / kLanes * kLanes;
-        for (size_t d = 0; d < whole; d += kLanes)
-            for (size_t lane = 0; lane < kLanes; ++lane) add(d + lane, lane);
-        for (size_t d = whole; d < p.n_numbers; ++d) add(d, d - whole);
+        });
         for (size_t d = p.n_numbers; d < wide; ++d) sum[d] = difference[d] = 0.0;
         squares[row] = halved(lanes[0]) + halved(lanes[1]);
     }
