@@ -294,7 +294,7 @@ class _JointGroup:
 
 
 def _joint_groups(motion: Motion, windows: _Windows, contacts: Contacts | None) -> list[_JointGroup]:
-    """Group joints by the feet that they carry; the root's group comes first, a joint's before its children's."""
+    """Group joints by the feet that they carry; the groups are in no order that the tree knows of."""
     parents = motion.skeleton.parents
     carried: list[set[int]] = [set() for _ in parents]
     for foot, point in enumerate(() if contacts is None else contacts.feet):
@@ -337,17 +337,19 @@ def _average(sampled: FloatArray, values: FloatArray, columns: IntArray, windows
 def _average_rotations(sampled: FloatArray, motion: Motion, windows: _Windows, groups: list[_JointGroup]) -> FloatArray:
     """Turn each joint, in space, as the pose averaged over its window would have it."""
     parents = motion.skeleton.parents
+    poses = [
+        dict(zip(group.chain.tolist(), _average_pose(sampled, motion, windows, group), strict=True)) for group in groups
+    ]
+    # Whose windows a joint has, for all joints first: its parent may be in any other group.
+    turned_by = {joint: pose for group, pose in zip(groups, poses, strict=True) for joint in group.joints.tolist()}
     rotations = sampled.copy()
-    local: dict[int, dict[int, FloatArray]] = {}
-    for group in groups:
+    for group, pose in zip(groups, poses, strict=True):
         fast = np.flatnonzero(group.half > _CLOSED)
-        pose = dict(zip(group.chain.tolist(), _average_pose(sampled, motion, windows, group), strict=True))
         for joint in group.joints.tolist():
-            local[joint], parent = pose, parents[joint]
-            own = pose[joint][fast]
-            if parent >= 0 and local[parent] is not pose:
+            own, parent = pose[joint][fast], parents[joint]
+            if parent >= 0 and turned_by[parent] is not pose:
                 # The parent carries a foot that this joint doesn't, and may be averaged over less.
-                there, here = (_turn_in_space(each, parents, parent, fast) for each in (local[parent], pose))
+                there, here = (_turn_in_space(each, parents, parent, fast) for each in (turned_by[parent], pose))
                 own = rotation.multiply(rotation.multiply(rotation.conjugate(there), here), own)
             rotations[fast, joint] = own
     return rotations
