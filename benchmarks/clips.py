@@ -79,7 +79,7 @@ def clip(n_frames: int, file: str, first: float, last: float, *, seed: int = 0) 
     if not MOCAP.is_dir():
         return long_take(n_frames, seed=seed)
     track = _track(file)
-    return track.at(np.linspace(first, min(last, track.duration), n_frames), CUTOFF)
+    return track.at(np.linspace(first, min(last, track.end_time), n_frames), CUTOFF)
 
 
 def table_size(name: str) -> tuple[Size, Poses, Poses]:
@@ -105,7 +105,7 @@ def long_take(n_frames: int, *, seed: int = 0) -> Poses:
     while total < n_frames:
         for which in generator.permutation(len(tracks)):
             step = generator.uniform(0.8, 1.25) / RATE
-            part = tracks[which].at(np.arange(0, tracks[which].duration, step), CUTOFF)
+            part = tracks[which].at(np.arange(0, tracks[which].end_time, step), CUTOFF)
             if parts:
                 share = np.linspace(0, 1, min(9, len(part)))[:-1, None]
                 part[: len(share)] = (1 - share) * parts[-1][-1] + share * part[: len(share)]
@@ -125,6 +125,6 @@ def motion(n_frames: int) -> Motion:
         assert isinstance(found, Motion)
         return found.frames(1, 1 + n_frames)
     sample = retime.sample()
-    span = float(sample.duration)
+    span = float(sample.end_time)
     times = np.arange(n_frames) / 120.0
     return sample.at(span - np.abs(times % (2 * span) - span)).with_rate(Fraction(120))

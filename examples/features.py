@@ -38,7 +38,7 @@ def hold() -> dict[str, retime.Warp]:
 
 def backward() -> dict[str, retime.Warp]:
     """Play the second jump, back to its take-off, and again."""
-    keys = [(SECOND_DOWN, 6.0), (SECOND_UP, 6.6), (CLIP.duration, 9.0)]
+    keys = [(SECOND_DOWN, 6.0), (SECOND_UP, 6.6), (CLIP.end_time, 9.0)]
     result = retime.guided_warp(CLIP, length="9.0167s", keys=keys)
     assert np.all(result.warp.speed(np.linspace(6.1, 6.5, 9)) < 0)
     return {"guided": result.warp}
@@ -148,7 +148,7 @@ def propagate() -> dict[str, retime.Warp]:
     hand = retime.Warp(np.array([0.0, 2.0]), np.array([0.0, 1.0]))
     result = retime.imitate(CLIP, (start, stop), hand)
     by_hand = retime.Warp(
-        [0.0, start / RATE, start / RATE + 2, CLIP.duration + 1], [0.0, start / RATE, start / RATE + 1, CLIP.duration]
+        [0.0, start / RATE, start / RATE + 2, CLIP.end_time + 1], [0.0, start / RATE, start / RATE + 1, CLIP.end_time]
     )
     # The first jump, which nobody touched, is slowed too.
     assert float(np.median(result.warp.inverse().speed(np.linspace(FIRST_UP, FIRST_DOWN, 20)))) > 1.5
@@ -168,7 +168,7 @@ def weights() -> dict[str, retime.Warp]:
     start, stop = round((SECOND_UP - 0.25) * RATE), round((SECOND_UP + 0.75) * RATE) + 1
     jump = CLIP.frames(start, stop)
     slow, quick = (
-        retime.apply_warp(jump, retime.Warp([0.0, seconds], [0.0, jump.duration]), average=False)
+        retime.apply_warp(jump, retime.Warp([0.0, seconds], [0.0, jump.end_time]), average=False)
         for seconds in (1.6, 0.7)
     )
     found = {
@@ -177,7 +177,7 @@ def weights() -> dict[str, retime.Warp]:
         ).warp
         for name, a, b in (("slow", 4, 1), ("quick", 1, 4))
     }
-    lengths = [warp.output_duration for warp in found.values()]
+    lengths = [warp.output_span for warp in found.values()]
     assert lengths[0] > lengths[1]
     return found
 
@@ -186,7 +186,7 @@ def mirror() -> dict[str, retime.Warp]:
     """Imitate one slow left step: seen in a mirror it is a right one too."""
     left, right = (1.35, 1.93), (1.93, 2.5)
     step = CLIP.frames(round(left[0] * RATE), round(left[1] * RATE) + 1)
-    slow = retime.apply_warp(step, retime.Warp([0.0, 2 * step.duration], [0.0, step.duration]), average=False)
+    slow = retime.apply_warp(step, retime.Warp([0.0, 2 * step.end_time], [0.0, step.end_time]), average=False)
     walk = CLIP.frames(60, 190)
     found = {
         name: retime.guided_warp(walk, reference=retime.Reference(slow, mirror=mirrored), length="free").warp
@@ -268,7 +268,7 @@ def feet(path: Path) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    warp = retime.Warp([0.0, CLIP.duration / 4], [0.0, CLIP.duration])
+    warp = retime.Warp([0.0, CLIP.end_time / 4], [0.0, CLIP.end_time])
     standing, report = retime.contacts(CLIP), retime.retimed_slip(CLIP, warp)
     assert report.contact_aware.mean < 0.75 * report.plain.mean
     with mpl.rc_context({"svg.hashsalt": "retime", "svg.fonttype": "none", "font.size": 9}):

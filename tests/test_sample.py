@@ -99,7 +99,7 @@ def test_it_is_what_its_generator_writes(tmp_path, clip) -> None:
 def test_it_is_a_grown_body_and_a_small_file(clip, places) -> None:
     assert clip.rate == 60
     assert 20 <= clip.skeleton.n_joints <= 24
-    assert 12 <= clip.duration <= 14
+    assert 12 <= clip.end_time <= 14
     assert SAMPLE.stat().st_size < 700_000
     assert places["Head end"][0, 1] == pytest.approx(174, abs=2)
 

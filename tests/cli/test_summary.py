@@ -22,7 +22,11 @@ def test_unit_share_counts_output_time() -> None:
 
 
 def test_output_seconds_follow_the_pieces_that_a_span_crosses() -> None:
-    assert summary.output_seconds(WARP, InputSpan(1.0, 4.5)) == pytest.approx(0.5 + 1.0 + 0.5)
+    clip = curve(181)
+    assert clip.end_time == WARP.input_times[-1]
+    assert summary.output_seconds(WARP, InputSpan(1.0, 4.5), clip) == pytest.approx(0.5 + 1.0 + 0.5)
+    # The last frame is shown for a frame period in the output as in the input, however fast the way to it was.
+    assert summary.output_seconds(WARP, InputSpan(1.0, clip.duration), clip) == pytest.approx(2.5 + 1 / 30)
 
 
 def test_speeds_are_those_of_the_pieces_inside_or_of_the_one_around() -> None:

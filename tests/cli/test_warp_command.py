@@ -56,8 +56,10 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
         "references": [],
         "input_frames": 241,
         "input_rate": 60.0,
+        "input_seconds": 241 / 60,
         "output_frames": 157,
         "output_rate": 60.0,
+        "output_seconds": 157 / 60,
         "n_input": 121,
         "n_output": 79,
         "n_reference": 121,
@@ -180,7 +182,7 @@ def test_without_average_poses_come_straight_from_the_input(run, clips, tmp_path
     run("warp", clips.bvh, "--length", "120f", "--method", "linear", "-o", "straight.bvh", "--no-average")
     motion = read(clips.bvh)
     straight, average = read(tmp_path / "straight.bvh"), read(tmp_path / "average.bvh")
-    picked = motion.at(np.arange(120) * motion.duration / 119)
+    picked = motion.at(np.arange(120) * motion.end_time / 119)
     np.testing.assert_allclose(straight.local_translations, picked.local_translations, atol=1e-5)
     assert np.abs(average.rotations - straight.rotations).max() > 1e-3
 
@@ -289,7 +291,7 @@ def test_defaults_in_help_are_those_of_the_library(run) -> None:
         (["--key", "2.5"], "--key"),
         (["--key", "1=-1"], "--key"),
         (["--key", "=2"], "--key"),
-        (["--key", "1=99"], "beyond the output's end"),
+        (["--key", "1=99"], "beyond the output's last frame"),
         (["--rate", "0"], "--rate"),
         (["--fps", "abc"], "--fps"),
         (["--max-skip", "0"], "--max-skip"),

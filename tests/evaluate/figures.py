@@ -41,14 +41,14 @@ def keeping_flight(motion: Motion, share: float) -> Warp:
     """Shorten a `jumper` to a share of its length, with its flight at its own speed and the rest at one other speed."""
     rise = np.flatnonzero(motion.local_translations[:, 0, 1] > 1.0 + 1e-9)
     start, stop = (rise[0] - 2) / RATE, (rise[-1] + 2) / RATE
-    start, stop = max(start, 0.0), min(stop, motion.duration)
+    start, stop = max(start, 0.0), min(stop, motion.end_time)
     flight = stop - start
-    length = share * motion.duration
-    speed = (motion.duration - flight) / (length - flight)
-    end = Keytime(length, motion.duration)
+    length = share * motion.end_time
+    speed = (motion.end_time - flight) / (length - flight)
+    end = Keytime(length, motion.end_time)
     return Warp(
         np.array([0.0, start / speed, start / speed + flight, length]),
-        np.array([0.0, start, stop, motion.duration]),
+        np.array([0.0, start, stop, motion.end_time]),
         (Keytime(0.0, 0.0), end),
         method="guided",
     )

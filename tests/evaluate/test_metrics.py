@@ -53,7 +53,7 @@ def along(axis: int, values: np.ndarray, **how: float) -> Motion:
 
 
 def linear(motion: Motion, speed: float) -> Warp:
-    return Warp([0.0, motion.duration / speed], [0.0, motion.duration])
+    return Warp([0.0, motion.end_time / speed], [0.0, motion.end_time])
 
 
 # The whole flight as it was made, not as a threshold finds it.

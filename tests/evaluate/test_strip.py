@@ -52,7 +52,7 @@ def test_a_row_that_keeps_the_flight_shows_as_many_poses_of_it_as_the_input(n_po
     motion = jumper(lead=lead, rest=1.5)
     found = flight_times(motion)
     kept = keeping_flight(motion, 0.65)
-    linear = linear_warp([Keytime(0, 0), Keytime(0.65 * motion.duration, motion.duration)])
+    linear = linear_warp([Keytime(0, 0), Keytime(0.65 * motion.end_time, motion.end_time)])
     strip = plan_strip(motion, {"linear": linear, "kept": kept}, found, n_poses)
     counts = [row.poses_in(row.flights[0]) for row in strip.rows]
     assert counts[2] == counts[0] >= 2
@@ -70,16 +70,16 @@ def test_a_short_clip_is_shown_whole() -> None:
     motion = jumper(lead=1.0, rest=1.0)
     strip = plan_strip(motion, {"w": keeping_flight(motion, 0.65)}, flight_times(motion))
     assert not strip.aligned
-    assert (strip.left, strip.right) == (0.0, motion.duration)
+    assert (strip.left, strip.right) == (0.0, motion.end_time)
     assert [(row.origin, row.start) for row in strip.rows] == [(0.0, 0.0)] * 2
-    assert [row.stop for row in strip.rows] == [motion.duration, 0.65 * motion.duration]
+    assert [row.stop for row in strip.rows] == [motion.end_time, 0.65 * motion.end_time]
 
 
 @pytest.mark.parametrize("lead", [0.5, 30.0, 59.0])
 def test_a_long_clip_is_shown_around_its_flight_with_take_off_at_zero(lead: float) -> None:
     motion = jumper(lead=lead, rest=60.0 - lead)
     (flight,) = flight_times(motion)
-    warps = {"linear": linear_warp([Keytime(0, 0), Keytime(40, motion.duration)]), "kept": keeping_flight(motion, 0.65)}
+    warps = {"linear": linear_warp([Keytime(0, 0), Keytime(40, motion.end_time)]), "kept": keeping_flight(motion, 0.65)}
     strip = plan_strip(motion, warps, (flight,), 30)
     assert strip.aligned
     for row in strip.rows:
@@ -95,16 +95,16 @@ def test_a_long_clip_is_shown_around_its_flight_with_take_off_at_zero(lead: floa
 
 def test_of_a_long_clip_that_never_leaves_the_ground_the_middle_is_shown() -> None:
     motion = jumper(lead=100.0, rest=0.0, jump=False)
-    strip = plan_strip(motion, {"w": linear_warp([Keytime(0, 0), Keytime(50, motion.duration)])}, (), 30)
+    strip = plan_strip(motion, {"w": linear_warp([Keytime(0, 0), Keytime(50, motion.end_time)])}, (), 30)
     assert strip.aligned
-    assert strip.anchor == motion.duration / 2
-    assert [row.origin for row in strip.rows] == pytest.approx([motion.duration / 2, 25.0])
+    assert strip.anchor == motion.end_time / 2
+    assert [row.origin for row in strip.rows] == pytest.approx([motion.end_time / 2, 25.0])
     assert (strip.left + strip.right) / 2 == pytest.approx(0.0)
 
 
 def test_poses_are_never_closer_than_frames() -> None:
     motion = jumper(lead=0.5, rest=0.5).frames(0, 5)
-    strip = plan_strip(motion, {"w": linear_warp([Keytime(0, 0), Keytime(0.05, motion.duration)])}, (), 30)
+    strip = plan_strip(motion, {"w": linear_warp([Keytime(0, 0), Keytime(0.05, motion.end_time)])}, (), 30)
     assert strip.step == pytest.approx(1 / 60)
     np.testing.assert_allclose(strip.rows[0].pose_times * 60, np.arange(5), atol=1e-9)
 
@@ -129,7 +129,7 @@ def test_a_warp_that_cuts_the_flight_out_still_has_a_row() -> None:
 def test_a_warp_called_input_is_not_taken_for_the_input() -> None:
     motion = jumper(lead=1.0, rest=1.0)
     strip = plan_strip(motion, {"input": keeping_flight(motion, 0.65)}, ())
-    assert [row.stop for row in strip.rows] == [motion.duration, 0.65 * motion.duration]
+    assert [row.stop for row in strip.rows] == [motion.end_time, 0.65 * motion.end_time]
 
 
 def test_flights_are_those_of_the_motion_in_seconds() -> None:

@@ -72,7 +72,7 @@ def test_a_part_of_a_warp_does_what_the_whole_does() -> None:
 
 def test_a_log_speed_is_played_as_such() -> None:
     warp = from_log_speed(np.full(SAMPLE.n_frames, math.log(2.0)), SAMPLE)
-    assert warp.output_duration == pytest.approx(SAMPLE.duration / 2)
+    assert warp.output_span == pytest.approx(SAMPLE.end_time / 2)
 
 
 def test_slowed_flights_play_at_half_speed_and_the_rest_as_it_was() -> None:
@@ -104,7 +104,7 @@ def test_an_example_is_the_stretch_with_the_answers_timing() -> None:
     truth = slow_flights(SAMPLE)
     start, end = flight_spans(SAMPLE)[0]
     stretch = example_of(SAMPLE, truth, start, end)
-    assert stretch.duration == pytest.approx(2 * (end - start), rel=0.02)
+    assert stretch.end_time == pytest.approx(2 * (end - start), rel=0.02)
 
 
 def test_cutting_keeps_what_moves() -> None:
@@ -112,8 +112,8 @@ def test_cutting_keeps_what_moves() -> None:
     warp = cut_idle(motion, motion.n_frames - 40)
     ((start, end),) = flight_spans(motion)
     assert flight_timing(warp, [(start, end)]).n_kept == flight_timing(warp, [(start, end)]).n_frames
-    assert (warp.input_times[0], warp.input_times[-1]) == (0.0, motion.duration)
-    assert warp.output_duration == pytest.approx((motion.n_frames - 41) / 60)
+    assert (warp.input_times[0], warp.input_times[-1]) == (0.0, motion.end_time)
+    assert warp.output_span == pytest.approx((motion.n_frames - 41) / 60)
     with pytest.raises(InfeasibleWarpError, match="asked for 1000"):
         cut_idle(motion, 1000)
 
@@ -140,7 +140,7 @@ def test_a_keyed_spline_may_play_what_it_is_keyed_for_at_another_speed() -> None
 def test_a_spline_through_a_known_answer_meets_it_where_it_is_keyed() -> None:
     truth = slow_flights(SAMPLE)
     warp = spline_through(truth, [0.0, 3.0, 6.0, 99.0], rate=60.0)
-    assert [key.input_time for key in warp.keytimes] == [0.0, 3.0, 6.0, SAMPLE.duration]
+    assert [key.input_time for key in warp.keytimes] == [0.0, 3.0, 6.0, SAMPLE.end_time]
     assert warp.inverse()(6.0) == pytest.approx(float(truth.inverse()(6.0)), abs=1e-6)
     assert warp.output_end == pytest.approx(truth.output_end)
 
@@ -152,7 +152,7 @@ def test_blows_are_where_a_joint_is_fastest() -> None:
     (up, slower), (faster, down) = fast_spans(motion, feet)
     assert (up, down) == pytest.approx((1.0, 1.5), abs=0.04)
     assert slower - up == pytest.approx(down - faster, abs=0.02)
-    assert slower - up + down - faster == pytest.approx(0.15 * motion.duration, abs=0.04)
+    assert slower - up + down - faster == pytest.approx(0.15 * motion.end_time, abs=0.04)
 
 
 def test_a_simplified_curve_is_near_the_curve_and_keeps_its_ends_and_gaps() -> None:
@@ -208,34 +208,34 @@ def test_an_alignment_may_begin_and_end_anywhere_in_the_other() -> None:
 
 def test_aligned_with_itself_a_motion_keeps_its_timing() -> None:
     found = align_warp(SAMPLE, SAMPLE)
-    assert match_warps(found, Warp([0.0, SAMPLE.duration], [0.0, SAMPLE.duration])).largest_error < 1.0
+    assert match_warps(found, Warp([0.0, SAMPLE.end_time], [0.0, SAMPLE.end_time])).largest_error < 1.0
 
 
 def test_a_ball_falls_as_made_and_keeps_its_flights_when_guided() -> None:
     ball, spans = bouncing_ball()
-    same = Warp([0.0, ball.duration], [0.0, ball.duration])
+    same = Warp([0.0, ball.end_time], [0.0, ball.end_time])
     assert falls(ball, same, spans) == pytest.approx(np.ones(len(spans)))
     result = warp_signal()
     assert result.timing.n_kept == result.timing.n_frames > 0
     assert result.linear_timing.n_kept == 0
-    assert result.linear_gravity == pytest.approx((ball.duration / result.linear.output_duration) ** 2, rel=0.02)
+    assert result.linear_gravity == pytest.approx((ball.end_time / result.linear.output_span) ** 2, rel=0.02)
 
 
 def test_one_warp_keeps_a_camera_on_its_figure() -> None:
-    result = warp_camera(SAMPLE, Warp([0.0, SAMPLE.duration * 0.7], [0.0, SAMPLE.duration]))
+    result = warp_camera(SAMPLE, Warp([0.0, SAMPLE.end_time * 0.7], [0.0, SAMPLE.end_time]))
     assert result.before < 1e-6
     assert result.together < 1.0 < result.motion_alone
 
 
 def test_one_warp_keeps_a_curve_on_its_figure() -> None:
-    warp = Warp([0.0, SAMPLE.duration * 0.7], [0.0, SAMPLE.duration])
+    warp = Warp([0.0, SAMPLE.end_time * 0.7], [0.0, SAMPLE.end_time])
     result = warp_curve(SAMPLE, warp)
     assert result.together < 0.01 < 0.1 < result.motion_alone
     assert (result.n_input, result.n_output) == (680, 476)
 
 
 def test_a_player_looks_through_the_camera() -> None:
-    result = warp_camera(SAMPLE, Warp([0.0, SAMPLE.duration * 0.7], [0.0, SAMPLE.duration]))
+    result = warp_camera(SAMPLE, Warp([0.0, SAMPLE.end_time * 0.7], [0.0, SAMPLE.end_time]))
     (text,) = re.findall(r'<script type="application/json">(.*?)</script>', camera_player_html(result), flags=re.DOTALL)
     data = json.loads(text)
     along, left = (np.array(one["camera"]) for one in data["versions"])

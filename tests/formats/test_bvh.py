@@ -203,7 +203,7 @@ def test_angles_beyond_half_turns() -> None:
 def test_single_frame() -> None:
     motion = load("single_frame")
     assert motion.n_frames == 1
-    assert motion.duration == 0
+    assert motion.end_time == 0
 
 
 @pytest.mark.parametrize(

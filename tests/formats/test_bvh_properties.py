@@ -121,7 +121,7 @@ def test_what_three_channels_hold_survives_resampling(
     declared: tuple[Motion, np.ndarray], share: float, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     motion, _ = declared
-    resampled = motion.at(np.array([share * motion.duration, 0.0]))
+    resampled = motion.at(np.array([share * motion.end_time, 0.0]))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FormatWarning)
         again = write_and_read(resampled, tmp_path_factory.getbasetemp())

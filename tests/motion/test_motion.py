@@ -37,10 +37,13 @@ class TestConstruction:
         assert np.array_equal(motion.local_translations, np.broadcast_to(ARM.offsets, (4, 2, 3)))
 
     def test_counts_and_duration(self) -> None:
-        assert (arm(4).n_frames, arm(4).duration, arm(1).duration) == (4, 0.3, 0.0)
+        assert (arm(4).n_frames, arm(4).duration, arm(1).duration) == (4, 0.4, 0.1)
+        assert (arm(4).end_time, arm(1).end_time) == (0.3, 0.0)
 
     def test_a_duration_is_exact_where_the_rate_is_a_fraction(self) -> None:
-        assert arm(30001, rate=Fraction(30000, 1001)).duration == 1001.0
+        motion = arm(30001, rate=Fraction(30000, 1001))
+        assert motion.end_time == 1001.0
+        assert arm(30000, rate=Fraction(30000, 1001)).duration == 1001.0
 
     def test_rotations_are_scaled_to_unit_length(self) -> None:
         rotations = arm(2).rotations * np.array([[[3.0], [1e-200]], [[1e200], [1.0]]])
@@ -176,7 +179,7 @@ class TestSampling:
 
     @given(motions(), st.floats(0.0, 1e9))
     def test_outside_the_motion_its_ends_are_held(self, motion: Motion, beyond: float) -> None:
-        held = motion.at([-beyond, motion.duration + beyond])
+        held = motion.at([-beyond, motion.end_time + beyond])
         assert np.array_equal(held.rotations, motion.rotations[[0, -1]])
         assert np.array_equal(held.local_translations, motion.local_translations[[0, -1]])
 

@@ -23,7 +23,8 @@ def camera(n_frames: int = 4, **changes) -> Signal:
 
 
 def test_counts_and_duration() -> None:
-    assert (camera().n_frames, camera().duration, camera(1).duration) == (4, 0.3, 0.0)
+    assert (camera().n_frames, camera().duration, camera(1).duration) == (4, 0.4, 0.1)
+    assert (camera().end_time, camera(1).end_time) == (0.3, 0.0)
 
 
 def test_values_cannot_be_written() -> None:

@@ -112,7 +112,7 @@ def test_two_pages_see_the_same_and_the_slower_one_is_told(served) -> None:
             "two keytimes stand at output time 1.5 s",
             {"key": "j"},
         ),
-        ({"keys": [{**KEY, "output_time": 9.0}], "length": "2s"}, "beyond the output's end", {"key": "k"}),
+        ({"keys": [{**KEY, "output_time": 9.0}], "length": "2s"}, "beyond the output's last frame", {"key": "k"}),
         ({"keys": [{**KEY, "input_time": 60.0}]}, "asks for input time 60 s", {"key": "k"}),
         ({"keys": [{**KEY, "speed": -1.0}]}, "expected a playback speed", {"key": "k"}),
         ({"keys": [{**KEY, "speed": 6.0}], "options": {"max_skip": 4}}, "asks for speed 6", {"key": "k"}),

@@ -42,7 +42,7 @@ def same_frames(result: Motion | Signal, motion: Motion | Signal, frames: slice 
 @pytest.mark.parametrize("n_frames", [2, 3, 250])
 def test_the_identity_gives_every_frame_back_bit_for_bit(make: type, rate: Fraction, n_frames: int) -> None:
     motion = make(n_frames, rate)
-    whole = Warp([0.0, motion.duration], [0.0, motion.duration])
+    whole = Warp([0.0, motion.end_time], [0.0, motion.end_time])
     frame_times = np.array([float(frame / rate) for frame in range(n_frames)])
     for warp in (whole, Warp(frame_times, frame_times), whole.smooth(0.2, at=frame_times)):
         result = apply_warp(motion, warp)
@@ -53,7 +53,7 @@ def test_the_identity_gives_every_frame_back_bit_for_bit(make: type, rate: Fract
 @pytest.mark.parametrize("make", [wandering_motion, wandering_signal])
 def test_what_is_not_timing_stays(make: type) -> None:
     motion = make(40, 30)
-    result = apply_warp(motion, Warp([0.0, 0.8], [0.0, motion.duration]))
+    result = apply_warp(motion, Warp([0.0, 0.8], [0.0, motion.end_time]))
     assert result.n_frames == 25
     assert (result.rate, result.name, result.first_frame) == (motion.rate, motion.name, motion.first_frame)
 
@@ -62,7 +62,7 @@ def test_the_declared_channels_stay() -> None:
     motion = wandering_motion(40, 30)
     angles = np.random.default_rng(0).random((40, 4, 3))
     declared = Motion(SKELETON, motion.rotations, motion.local_translations, motion.rate, declared_angles=angles)
-    result = apply_warp(declared, Warp([0.0, 0.8], [0.0, motion.duration]))
+    result = apply_warp(declared, Warp([0.0, 0.8], [0.0, motion.end_time]))
     assert result.declared_angles is not None
     assert result.declared_angles.shape == (25, 4, 3)
 
@@ -86,7 +86,7 @@ def test_stretches_at_unit_speed_come_back_bit_for_bit(make: type, rate: Fractio
 @pytest.mark.parametrize("speed", [1.0, 0.73, 0.25])
 def test_where_not_sped_up_nothing_is_averaged(make: type, speed: float) -> None:
     motion = make(60, 24)
-    warp = Warp([0.0, motion.duration / speed], [0.0, motion.duration])
+    warp = Warp([0.0, motion.end_time / speed], [0.0, motion.end_time])
     result, plain = apply_warp(motion, warp), apply_warp(motion, warp, average=False)
     assert same_frames(result, plain, slice(None))
 
@@ -94,7 +94,7 @@ def test_where_not_sped_up_nothing_is_averaged(make: type, speed: float) -> None
 @pytest.mark.parametrize("speed", [1.05, 1.5, 2.0, 3.7, 8.0, 40.0])
 def test_the_average_is_the_mean_over_as_many_frames_as_the_speed(speed: float) -> None:
     signal = wandering_signal(241, 30)
-    warp = Warp([0.0, signal.duration / speed], [0.0, signal.duration])
+    warp = Warp([0.0, signal.end_time / speed], [0.0, signal.end_time])
     result = apply_warp(signal, warp)
     places = warp(output_frame_times(warp, 30)) * 30
     for frame, place in enumerate(places):
@@ -112,7 +112,7 @@ def test_translations_are_averaged_as_signals_are() -> None:
     translations[:, arm] = wandering_signal(100, 30, seed=3).values
     motion = replace(motion, translations=translations)
     signal = Signal(("x", "y", "z"), translations[:, arm], motion.rate)
-    warp = Warp([0.0, 0.5, 1.2], [0.0, 2.0, motion.duration])
+    warp = Warp([0.0, 0.5, 1.2], [0.0, 2.0, motion.end_time])
     moved, plain = apply_warp(motion, warp), apply_warp(signal, warp)
     np.testing.assert_allclose(moved.local_translations[:, arm], plain.values, rtol=0, atol=1e-13)
     for still in ("chest", "leg"):
@@ -123,7 +123,7 @@ def test_translations_are_averaged_as_signals_are() -> None:
 def test_rotations_are_averaged_as_rotations() -> None:
     speed, n_frames = 5.0, 121
     motion = wandering_motion(n_frames, 60)
-    warp = Warp([0.0, motion.duration / speed], [0.0, motion.duration])
+    warp = Warp([0.0, motion.end_time / speed], [0.0, motion.end_time])
     result = apply_warp(motion, warp)
     places = warp(output_frame_times(warp, 60)) * 60
     for frame in range(1, result.n_frames - 1):
@@ -143,7 +143,7 @@ def test_the_sign_of_a_quaternion_means_nothing() -> None:
     motion = wandering_motion(90, 30)
     signs = np.random.default_rng(3).choice([-1.0, 1.0], (90, 4, 1))
     flipped = Motion(SKELETON, motion.rotations * signs, motion.local_translations, motion.rate)
-    warp = Warp([0.0, 0.7, 1.4], [0.0, 2.3, motion.duration])
+    warp = Warp([0.0, 0.7, 1.4], [0.0, 2.3, motion.end_time])
     one, other = apply_warp(motion, warp).rotations, apply_warp(flipped, warp).rotations
     np.testing.assert_allclose(np.abs(np.sum(one * other, axis=-1)), 1.0, rtol=0, atol=1e-12)
 
@@ -153,7 +153,7 @@ def test_a_wheel_that_turns_all_the_way_round_keeps_its_angle(degrees: float) ->
     # Its mean over the window is no rotation, or is the one in the middle.
     angle = np.radians(degrees) * np.arange(97.0)
     wheel = Motion(SKELETON, np.broadcast_to(rotation.about_axis(1, angle)[:, None], (97, 4, 4)), rate=Fraction(30))
-    warp = Warp([0.0, wheel.duration / 8], [0.0, wheel.duration])
+    warp = Warp([0.0, wheel.end_time / 8], [0.0, wheel.end_time])
     result = apply_warp(wheel, warp)
     turn = np.abs(np.sum(result.rotations[:, 0] * rotation.about_axis(1, angle[::8]), axis=-1))
     np.testing.assert_allclose(turn, 1.0, rtol=0, atol=1e-9)
@@ -163,7 +163,7 @@ def test_a_wheel_that_turns_all_the_way_round_keeps_its_angle(degrees: float) ->
 @pytest.mark.parametrize("length", [0.4, 1.0, 1.51, 7.0])
 def test_the_first_and_last_pose_are_kept(make: type, length: float) -> None:
     motion = make(77, 30)
-    warp = Warp([0.0, length / 3, length], [0.0, 2.0, motion.duration])
+    warp = Warp([0.0, length / 3, length], [0.0, 2.0, motion.end_time])
     result = apply_warp(motion, warp)
     assert same_frames(result.frames(0, 1), motion, [0])
     assert same_frames(result.frames(result.n_frames - 1, result.n_frames), motion, [76])
@@ -212,7 +212,7 @@ def test_output_frames_stand_a_period_apart_and_end_with_the_warp(rate: float, e
 
 def test_a_warp_shorter_than_half_a_frame_gives_one() -> None:
     signal = wandering_signal(10, 30)
-    assert apply_warp(signal, Warp([0.0, 0.01], [0.0, signal.duration])).values.tolist() == [signal.values[0].tolist()]
+    assert apply_warp(signal, Warp([0.0, 0.01], [0.0, signal.end_time])).values.tolist() == [signal.values[0].tolist()]
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_long_clips_lose_no_digits() -> None:
     # A camera a kilometre away, in millimetres, for an hour.
     values = np.column_stack([np.full(108_000, 1e6), 1e6 + 0.1 * np.sin(np.arange(108_000))])
     signal = Signal(("x", "y"), values, Fraction(30))
-    warp = Warp([0.0, signal.duration / 3], [0.0, signal.duration])
+    warp = Warp([0.0, signal.end_time / 3], [0.0, signal.end_time])
     result = apply_warp(signal, warp)
     assert np.array_equal(result.values[:, 0], np.full(len(result.values), 1e6))
     for frame in (1, 1000, 30_000, 35_999):
@@ -261,7 +261,7 @@ def carries(joint: int, foot: Foot) -> bool:
 def test_each_joint_is_turned_in_space_as_its_own_window_says(speed: float, seed: int) -> None:
     motion = wandering_motion(80, 30, seed)
     standing = standing_now_and_then(motion, seed)
-    warp = Warp([0.0, motion.duration / speed], [0.0, motion.duration])
+    warp = Warp([0.0, motion.end_time / speed], [0.0, motion.end_time])
     result = apply_warp(motion, warp, contacts=standing)
     found = global_poses(result).rotations
     places = warp(output_frame_times(warp, 30)) * 30
@@ -278,7 +278,7 @@ def test_each_joint_is_turned_in_space_as_its_own_window_says(speed: float, seed
 def test_what_carries_a_standing_foot_is_not_averaged(speed: float, seed: int) -> None:
     motion = wandering_motion(200, 60, seed)
     standing = standing_now_and_then(motion, seed)
-    warp = Warp([0.0, 1.0, 1.0 + 2.0 / speed], [0.0, motion.duration - 2.0, motion.duration])
+    warp = Warp([0.0, 1.0, 1.0 + 2.0 / speed], [0.0, motion.end_time - 2.0, motion.end_time])
     result = apply_warp(motion, warp, contacts=standing)
     plain = apply_warp(motion, warp, average=False)
     shown = standing.at(warp(output_frame_times(warp, 60)))
@@ -297,7 +297,7 @@ def test_what_carries_a_standing_foot_is_not_averaged(speed: float, seed: int) -
 def test_the_rest_of_the_body_faces_where_averaging_all_of_it_would_have_it() -> None:
     motion = wandering_motion(120, 30)
     standing = Contacts((Foot(3),), np.ones((120, 1), dtype=bool), motion.rate)
-    warp = Warp([0.0, motion.duration / 4], [0.0, motion.duration])
+    warp = Warp([0.0, motion.end_time / 4], [0.0, motion.end_time])
     aware = global_poses(apply_warp(motion, warp, contacts=standing)).rotations
     everything = global_poses(apply_warp(motion, warp, contacts=None)).rotations
     still = global_poses(apply_warp(motion, warp, average=False)).rotations
@@ -315,14 +315,14 @@ def test_windows_never_move_against_time(speed: float, seed: int) -> None:
     translations = motion.local_translations.copy()
     translations[:, 3] = np.cumsum(rng.random((150, 3)) ** 8, axis=0)
     motion = replace(motion, translations=translations)
-    warp = Warp([0.0, motion.duration / speed], [0.0, motion.duration])
+    warp = Warp([0.0, motion.end_time / speed], [0.0, motion.end_time])
     result = apply_warp(motion, warp, contacts=standing_now_and_then(motion, seed))
     assert np.all(np.diff(result.local_translations[:, 3], axis=0) >= -1e-12)
 
 
 def test_feet_are_found_unless_told() -> None:
     motion = sample()
-    warp = Warp([0.0, motion.duration / 3], [0.0, motion.duration])
+    warp = Warp([0.0, motion.end_time / 3], [0.0, motion.end_time])
     default, found = apply_warp(motion, warp), apply_warp(motion, warp, contacts=contacts(motion))
     assert np.array_equal(default.rotations, found.rotations)
     without = apply_warp(motion, warp, contacts=None)
@@ -333,7 +333,7 @@ def test_feet_are_found_unless_told() -> None:
 
 def test_contacts_of_another_clip_are_refused() -> None:
     motion = wandering_motion(50, 30)
-    warp = Warp([0.0, 1.0], [0.0, motion.duration])
+    warp = Warp([0.0, 1.0], [0.0, motion.end_time])
     other = standing_now_and_then(wandering_motion(49, 30), 0)
     with pytest.raises(OptionError, match="contacts are those of 49 frames, but wanderer has 50"):
         apply_warp(motion, warp, contacts=other)
@@ -400,7 +400,7 @@ def cycle_of(n_frames: int, seed: int = 0) -> Motion:
 
 def again_and_again(warp: Warp, times: int) -> Warp:
     """A warp of one cycle, played some times."""
-    length, travel = warp.output_duration, warp.input_times[-1] - warp.input_times[0]
+    length, travel = warp.output_span, warp.input_times[-1] - warp.input_times[0]
     output_times = [warp.output_times + k * length for k in range(times)]
     input_times = [warp.input_times + k * travel for k in range(times)]
     joined = [slice(0, None), *[slice(1, None)] * (times - 1)]
@@ -425,7 +425,7 @@ def test_a_loop_is_averaged_as_if_it_went_on_for_ever(output_times: list[float],
     at_rest = feet.at_rest[:-1]
     standing = Contacts(feet.feet, np.concatenate([at_rest, at_rest[:1]]), motion.rate)
     thrice = Contacts(feet.feet, np.concatenate([at_rest] * 3 + [at_rest[:1]]), motion.rate)
-    cycle = round(warp.output_duration * 30)
+    cycle = round(warp.output_span * 30)
     middle = slice(cycle, 2 * cycle + 1)
     for one, three in ((None, None), (standing, thrice)):
         looped = apply_warp(motion, warp, contacts=one, loop=True)
@@ -448,7 +448,7 @@ def test_a_loop_is_averaged_as_if_it_went_on_for_ever(output_times: list[float],
 def test_a_window_wider_than_the_cycle_counts_each_frame_once() -> None:
     motion = cycle_of(10)
     signal = Signal(("x", "y", "z"), motion.local_translations[:, 2], motion.rate)
-    result = apply_warp(signal, Warp([0.0, 0.02], [0.0, signal.duration]), loop=True)
+    result = apply_warp(signal, Warp([0.0, 0.02], [0.0, signal.end_time]), loop=True)
     assert result.n_frames == 2
     np.testing.assert_allclose(result.values - signal.values[:9].mean(axis=0), 0.0, rtol=0, atol=1e-12)
 
@@ -483,15 +483,15 @@ def test_a_clip_that_is_no_cycle_is_named() -> None:
     # A cycle without its last frame ends one step too early.
     open_cycle = motion.frames(0, 60)
     with pytest.warns(RetimeWarning, match=r"the last pose of cycle is not its first one again.*degrees away"):
-        apply_warp(open_cycle, Warp([0.0, 1.0], [0.0, open_cycle.duration]), loop=True)
+        apply_warp(open_cycle, Warp([0.0, 1.0], [0.0, open_cycle.end_time]), loop=True)
     wanderer = wandering_motion(50, 30)
     with pytest.warns(RetimeWarning, match="the last pose of wanderer"):
-        apply_warp(wanderer, Warp([0.0, 1.0], [0.0, wanderer.duration]), loop=True)
+        apply_warp(wanderer, Warp([0.0, 1.0], [0.0, wanderer.end_time]), loop=True)
 
 
 def test_a_root_alone_and_a_single_frame_make_no_seam() -> None:
     ball = Motion(Skeleton(("ball",), (-1,), np.zeros((1, 3))), rotation.about_axis(0, np.arange(9.0)[:, None]))
-    assert apply_warp(ball, Warp([0.0, 0.1], [0.0, ball.duration]), loop=True).n_frames == 4
+    assert apply_warp(ball, Warp([0.0, 0.1], [0.0, ball.end_time]), loop=True).n_frames == 4
     one = wandering_motion(1, 30)
     assert apply_warp(one, Warp([0.0, 0.1], [0.0, 0.001]), loop=True).n_frames == 4
 
@@ -507,21 +507,21 @@ class TestSlip:
     @pytest.mark.parametrize("speed", [2, 4, 8])
     def test_averaging_makes_the_figures_feet_slide_and_exempting_them_does_not(self, speed: float) -> None:
         motion = sample()
-        report = retimed_slip(motion, Warp([0.0, motion.duration / speed], [0.0, motion.duration]))
+        report = retimed_slip(motion, Warp([0.0, motion.end_time / speed], [0.0, motion.end_time]))
         assert report.contact_aware.total == pytest.approx(report.unaveraged.total, abs=1e-6)
         assert report.plain.total > (1.05, 1.3, 3.0)[(2, 4, 8).index(speed)] * report.contact_aware.total
         assert report.contact_aware.total < report.input.total
 
     def test_the_identity_changes_nothing(self) -> None:
         motion = sample()
-        report = retimed_slip(motion, Warp([0.0, motion.duration], [0.0, motion.duration]))
+        report = retimed_slip(motion, Warp([0.0, motion.end_time], [0.0, motion.end_time]))
         for after in (report.unaveraged, report.plain, report.contact_aware):
             assert after.contacts == report.input.contacts
             assert np.array_equal(after.millimetres, report.input.millimetres)
 
     def test_each_is_the_slip_of_an_output(self) -> None:
         motion = sample().frames(0, 400)
-        warp = Warp([0.0, 1.0, 2.0], [0.0, 2.5, motion.duration])
+        warp = Warp([0.0, 1.0, 2.0], [0.0, 2.5, motion.end_time])
         standing = contacts(motion)
         report = retimed_slip(motion, warp)
         shown = standing.at(warp(output_frame_times(warp, 60)))

@@ -33,7 +33,7 @@ RATE = 30.0
 class Problem:
     reduction: Reduction
     max_skip: int
-    duration: float
+    input_end: float
     wishes: Wishes
     smoothness: float
     scores: np.ndarray
@@ -68,7 +68,7 @@ def random_problem(rng: np.random.Generator, *, what: Sequence[str], most: int =
 
     # Equal places are a hold only where the times are equal.
     times = {int(place): near(place, grid) for place in path[positions]}
-    duration = max([*times.values(), path.max() / grid])
+    input_end = max([*times.values(), path.max() / grid])
     moves = np.abs(np.diff(path)) / 6
 
     def tangent(position: int) -> float | None:
@@ -83,7 +83,7 @@ def random_problem(rng: np.random.Generator, *, what: Sequence[str], most: int =
         Keytime(near(position, RATE) if position else 0.0, times[int(path[position])], tangent(int(position)))
         for position in positions
     ]
-    reduction = reduce_to_compression(keytimes, duration, rate=RATE, upsample=upsamples)
+    reduction = reduce_to_compression(keytimes, input_end, rate=RATE, upsample=upsamples)
     locks = []
     for _ in range(rng.integers(1, 3) if "locks" in what else 0):
         first, last = np.sort(rng.integers(0, len(path), 2))
@@ -102,13 +102,13 @@ def random_problem(rng: np.random.Generator, *, what: Sequence[str], most: int =
     scores = rng.random(shape) if rng.random() < 0.7 else rng.integers(0, 4, shape) * 0.5
     smoothness = float(rng.choice([0.3, 2.0])) if "smoothness" in what else 0.0
     wishes = Wishes(locks, float(limits[0]), float(limits[1]))
-    return Problem(reduction, max_skip, float(duration), wishes, smoothness, np.asarray(scores))
+    return Problem(reduction, max_skip, float(input_end), wishes, smoothness, np.asarray(scores))
 
 
 def solved(problem: Problem, kernels: Backend, search: str) -> tuple[FramePath, np.ndarray]:
     """The way of a session: from wishes to allowed steps, to forbidden triples, to the path."""
     reduction, wishes = problem.reduction, problem.wishes
-    locked = control.locked_spans(reduction, problem.max_skip, problem.duration, wishes.locks)
+    locked = control.locked_spans(reduction, problem.max_skip, problem.input_end, wishes.locks)
     allowed = control.allowed_steps(
         reduction, problem.max_skip, locked=locked, slowest=wishes.slowest, fastest=wishes.fastest
     )
@@ -179,7 +179,7 @@ def test_a_step_is_allowed_exactly_where_some_path_of_some_length_may_take_it(wh
         problem = random_problem(rng, what=what, most=9)
         reduction, wishes = problem.reduction, problem.wishes
         try:
-            locked = control.locked_spans(reduction, problem.max_skip, problem.duration, wishes.locks)
+            locked = control.locked_spans(reduction, problem.max_skip, problem.input_end, wishes.locks)
             allowed = control.allowed_steps(
                 reduction, problem.max_skip, locked=locked, slowest=wishes.slowest, fastest=wishes.fastest
             )
@@ -335,7 +335,10 @@ def refusal(session: Session, **options: object) -> InfeasibleWarpError | None:
     return None
 
 
-FRAMES = re.compile(r"Use (?:at least |at most |\d+ or )?(\d+) frames")
+# A length in frames of the clip, or how far apart two keytimes should stand.
+REMEDY = re.compile(
+    r"(?:Use a length of|Put these keytimes) (?:at least |at most |\S+ (?:\(\S+ s\)|s) or )?([\d.]+)(f| s)"
+)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -362,7 +365,7 @@ def test_remedies_work(seed: int) -> None:
         except OptionError:
             continue
         tried = 0
-        while error is not None and (match := FRAMES.search(str(error))):
+        while error is not None and (match := REMEDY.search(str(error))):
             assert error.span is not None
             assert tried < 5
             last = error.span
@@ -375,13 +378,14 @@ def test_remedies_work(seed: int) -> None:
                 more = {"upsample": int(finer[1]), "max_skip": int(finer[2] or options["max_skip"])}
                 assert refusal(session, keys=keys(lengths), **{**options, **more}) is None
                 named["upsample"] += 1
-            named["frames"] += 1
-            lengths[last] = int(match[1]) - 1
+            named["whole" if match[2] == "f" else "apart"] += 1
+            lengths[last] = int(match[1]) - 1 if match[2] == "f" else round(float(match[1]) * 30)
             error = refusal(session, keys=keys(lengths), **options)
             # That span is mended; another one may be wrong too.
             assert error is None or error.span is None or error.span > last
             tried += 1
-    assert named["frames"] > 10
+    assert named["whole"] > 2
+    assert named["apart"] > 5
     assert named["max_skip"] + named["upsample"] > 5
 
 
@@ -397,7 +401,7 @@ def test_counts_between_those_that_fit_are_refused_with_both_neighbours() -> Non
         if n not in counts:
             error = refusal(session, length=f"{n}f", locks=locks)
             below, above = max(c for c in counts if c < n), min(c for c in counts if c > n)
-            assert f"Use {below} or {above} frames" in str(error)
+            assert f"Use a length of {below}f ({below / 30:.3f} s) or {above}f ({above / 30:.3f} s)" in str(error)
 
 
 def test_no_way_through_names_who_is_to_blame() -> None:

@@ -193,8 +193,8 @@ def test_add_times_keeps_the_old_ones() -> None:
 def test_blend_mixes_at_every_time(seed: int, weight: float) -> None:
     rng = np.random.default_rng(seed)
     one, other = drawn_warp(rng, 6, forward=True), drawn_warp(rng, 9, forward=True)
-    start, length = one.output_start, one.output_duration
-    stretched = start + (other.output_times - other.output_start) * (length / other.output_duration)
+    start, length = one.output_start, one.output_span
+    stretched = start + (other.output_times - other.output_start) * (length / other.output_span)
     stretched[-1] = one.output_end
     other = Warp(stretched, other.input_times)
     mixed = blend(one, other, weight)
@@ -423,3 +423,12 @@ def test_a_place_in_the_file_is_named() -> None:
     with pytest.raises(FormatError, match="2:3: not JSON") as caught:
         Warp.from_json("{\n  oops")
     assert (caught.value.line, caught.value.column) == (2, 3)
+
+
+def test_the_span_of_the_output_is_no_length_of_a_clip() -> None:
+    warp = Warp([1.0, 1.0 + 479 / 60], [0.0, 4.0])
+    assert warp.output_span == pytest.approx(479 / 60)
+    assert (warp.count_frames(60), warp.count_frames(Fraction(30000, 1001))) == (480, 240)
+    assert Warp([0.0, 1e-3], [0.0, 1.0]).count_frames(30) == 1
+    with pytest.warns(DeprecationWarning, match=r"output_span"):
+        assert warp.output_duration == warp.output_span

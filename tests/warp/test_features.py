@@ -223,7 +223,7 @@ def test_sampling_is_held_at_the_ends() -> None:
 def test_a_track_reads_what_the_low_pass_leaves() -> None:
     vectors = np.random.default_rng(0).standard_normal((100, 2))
     track = Track(vectors, Fraction(60))
-    times = np.linspace(0, track.duration, 57)
+    times = np.linspace(0, track.end_time, 57)
     for cutoff in (0.0, 4.0, 0.0, 8.0):
         wanted = sample(low_pass(vectors, Fraction(60), cutoff), Fraction(60), times)
         assert np.array_equal(track.at(times, cutoff), wanted)

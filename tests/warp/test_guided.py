@@ -229,7 +229,7 @@ def test_any_analysis_rate_gives_the_wanted_length(rate: int | str, length: str)
     check(result)
     assert apply_warp(clip, result.warp).n_frames == round(200 * int(length[:-1]) / 100)
     assert result.warp.output_end == (round(200 * int(length[:-1]) / 100) - 1) / 100
-    assert float(result.warp(result.warp.output_end)) == clip.duration
+    assert float(result.warp(result.warp.output_end)) == clip.end_time
 
 
 @pytest.mark.parametrize("n_frames", [2, 3, 5, 6])
@@ -395,8 +395,8 @@ def test_options_without_meaning_are_refused(options: dict[str, object]) -> None
         pytest.param({"keys": [(1.0, 1.0), (2.0, 1.0)], "length": "80%"}, "two keytimes stand at", id="one_time_twice"),
         pytest.param({"keys": [(9.0, 1.0)]}, "input runs from 0 to 3.3", id="beyond_the_input"),
         pytest.param({"keys": [(1.0, 1.0), (1.02, 1.01)]}, "raise the rate", id="closer_than_a_frame"),
-        pytest.param({"length": "10%", "max_skip": 4}, "Use at least", id="too_short"),
-        pytest.param({"length": "150%", "upsample": 1}, "Use at most", id="too_long"),
+        pytest.param({"length": "10%", "max_skip": 4}, "Use a length of at least", id="too_short"),
+        pytest.param({"length": "150%", "upsample": 1}, "Use a length of at most", id="too_long"),
     ],
 )
 def test_what_can_not_be_met_is_said_with_a_remedy(options: dict[str, object], says: str) -> None:

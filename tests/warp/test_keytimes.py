@@ -197,31 +197,31 @@ def test_an_output_that_does_not_start_at_zero() -> None:
 
 @st.composite
 def keytime_lists(draw: st.DrawFn) -> tuple[list[Keytime], float, float, int]:
-    """Keytimes with forward, held and backward spans of speeds from 1/6 to 6; duration, rate, upsample."""
+    """Keytimes with forward, held and backward spans of speeds from 1/6 to 6; input_end, rate, upsample."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     rate = draw(st.sampled_from([10.0, 24000 / 1001, 30.0]))
     n_spans = draw(st.integers(1, 4))
-    duration = 20.0
-    output_time, input_time = rng.uniform(-1, 1), rng.uniform(0, duration)
+    input_end = 20.0
+    output_time, input_time = rng.uniform(-1, 1), rng.uniform(0, input_end)
     keys = [Keytime(output_time, input_time)]
     for _ in range(n_spans):
         # Long enough that rounding to analysis frames can't make a span infeasible.
         length = rng.uniform(0.5, 2.0)
         change = length * 6.0 ** rng.uniform(-1, 1) if rng.random() < 0.8 else 0.0
-        if input_time + change > duration or (input_time - change >= 0 and rng.random() < 0.5):
+        if input_time + change > input_end or (input_time - change >= 0 and rng.random() < 0.5):
             change = -change
-        if not 0 <= input_time + change <= duration:
+        if not 0 <= input_time + change <= input_end:
             change = 0.0
         output_time, input_time = output_time + length, input_time + change
         keys.append(Keytime(output_time, input_time))
-    return keys, duration, rate, 12
+    return keys, input_end, rate, 12
 
 
 @settings(max_examples=60)
 @given(keytime_lists())
 def test_every_reduction(drawn: tuple[list[Keytime], float, float, int]) -> None:
-    keys, duration, rate, upsample = drawn
-    reduction = reduce_to_compression(keys, duration, rate=rate, upsample=upsample)
+    keys, input_end, rate, upsample = drawn
+    reduction = reduce_to_compression(keys, input_end, rate=rate, upsample=upsample)
     assert reduction.positions[0] == reduction.frames[0] == 0
     assert reduction.frames[-1] == reduction.n_input - 1
     grid = 1 / (rate * upsample)
@@ -254,8 +254,8 @@ def some_path(reduction: Reduction, seed: int) -> np.ndarray:
 @settings(max_examples=60)
 @given(keytime_lists(), st.integers(0, 9))
 def test_the_way_back_meets_every_keytime(drawn: tuple[list[Keytime], float, float, int], seed: int) -> None:
-    keys, duration, rate, _ = drawn
-    reduction = reduce_to_compression(keys, duration, rate=rate, upsample=7)
+    keys, input_end, rate, _ = drawn
+    reduction = reduce_to_compression(keys, input_end, rate=rate, upsample=7)
     path = some_path(reduction, seed)
     warp = knots_of_path(reduction, path)
     assert len(warp.output_times) == reduction.n_output
@@ -294,16 +294,16 @@ def test_where_all_steps_play_at_unit_speed_all_share_the_rest() -> None:
 
 
 @pytest.mark.parametrize("rate", [10.0, 24000 / 1001, 30.0, 120.0])
-@pytest.mark.parametrize("duration", [1.0, 1.27, 3.3333, 100 * 1001 / 24000])
+@pytest.mark.parametrize("input_end", [1.0, 1.27, 3.3333, 100 * 1001 / 24000])
 @pytest.mark.parametrize("upsample", [1, 4])
-def test_as_long_as_the_input_can_be_the_identity(rate: float, duration: float, upsample: int) -> None:
+def test_as_long_as_the_input_can_be_the_identity(rate: float, input_end: float, upsample: int) -> None:
     reduction = reduce_to_compression(
-        [Keytime(0, 0), Keytime(duration, duration)], duration, rate=rate, upsample=upsample
+        [Keytime(0, 0), Keytime(input_end, input_end)], input_end, rate=rate, upsample=upsample
     )
     n_steps = reduction.n_output - 1
     path = np.minimum(np.arange(n_steps + 1) * upsample, reduction.n_input - 1)
     path[-1] = reduction.n_input - 1
     warp = knots_of_path(reduction, path)
-    assert warp.output_end == duration
+    assert warp.output_end == input_end
     if n_steps * upsample == reduction.n_input - 1:
         np.testing.assert_allclose(warp.input_times, warp.output_times, rtol=0, atol=1e-12)

@@ -468,7 +468,7 @@ def test_channels_are_matched_by_name_and_by_map() -> None:
 def test_a_group_is_described_by_its_clips_side_by_side() -> None:
     camera = wave(317, "pan", "tilt", rate=120)
     model = model_poses([WALK, camera])
-    assert model.input.duration == pytest.approx(79 / 30)
+    assert model.input.end_time == pytest.approx(79 / 30)
     times = np.linspace(0, 2.5, 30)
     expected = np.concatenate(
         [
@@ -485,7 +485,7 @@ def test_a_group_is_described_by_its_clips_side_by_side() -> None:
 def test_clips_of_a_group_must_last_alike() -> None:
     short = wave(78, "pan")
     with pytest.raises(
-        OptionError, match=r"must last alike \(within 0.017 s\); in the input are wave 2.567 s and walker"
+        OptionError, match=r"must last alike \(within 0.017 s\); in the input are wave 2.600 s and walker"
     ):
         model_poses([WALK, short])
     model_poses([WALK, wave(159, "pan", rate=60)])
@@ -546,7 +546,7 @@ def test_a_track_is_low_passed_at_its_own_rate_whatever_was_asked_before() -> No
     for cutoff in (4.0, 0.0, 10.0, 4.0, 4.0):
         expected = sample(low_pass(vectors, Fraction(120), cutoff), Fraction(120), times)
         np.testing.assert_array_equal(track.at(times, cutoff), expected)
-    assert track.duration == 99 / 120
+    assert track.end_time == 99 / 120
 
 
 # --- real motions ---------------------------------------------------------------------------------------------------

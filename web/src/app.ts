@@ -237,7 +237,7 @@ export class App {
       // After a pause of the page (another tab, say) time has not passed for the playhead.
       const seconds = this.before > 0 ? Math.min((now - this.before) / 1000, 0.25) : 0;
       this.before = now;
-      store.playback = advance(store.playback, knots, store.inputDuration, seconds);
+      store.playback = advance(store.playback, knots, store.inputEnd, seconds);
       store.touch("playhead");
     } else this.before = 0;
     const changed = store.take();
@@ -253,7 +253,7 @@ export class App {
       const { playback } = store;
       if (playback.rate === 0) {
         const end = outputEnd(store.knots);
-        store.playback = seek({ ...playback, clock: "output" }, store.knots, store.inputDuration, clamp(playback.outputTime, 0, end));
+        store.playback = seek({ ...playback, clock: "output" }, store.knots, store.inputEnd, clamp(playback.outputTime, 0, end));
         store.playback = { ...store.playback, clock: playback.clock };
       }
       changed.add("playhead");
@@ -335,8 +335,8 @@ export class App {
     const knots = store.knots;
     if (!knots) return;
     if (store.playback.rate !== 0) return this.patch({ rate: 0 });
-    const [time, start, end] = leading(store.playback, knots, store.inputDuration);
-    if (time >= end - 1e-9) store.playback = seek(store.playback, knots, store.inputDuration, start);
+    const [time, start, end] = leading(store.playback, knots, store.inputEnd);
+    if (time >= end - 1e-9) store.playback = seek(store.playback, knots, store.inputEnd, start);
     this.patch({ rate: 1 });
   }
 
@@ -347,7 +347,7 @@ export class App {
   private seek(time: number): void {
     const { store } = this;
     if (!store.knots) return;
-    store.playback = { ...seek(store.playback, store.knots, store.inputDuration, time), rate: 0 };
+    store.playback = { ...seek(store.playback, store.knots, store.inputEnd, time), rate: 0 };
     store.touch("playhead");
   }
 
@@ -356,21 +356,21 @@ export class App {
     const { store } = this;
     if (!store.knots) return;
     const { clock } = store.playback;
-    store.playback = { ...seek({ ...store.playback, clock: "output" }, store.knots, store.inputDuration, outputTime), clock, rate: 0 };
+    store.playback = { ...seek({ ...store.playback, clock: "output" }, store.knots, store.inputEnd, outputTime), clock, rate: 0 };
     store.touch("playhead");
   }
 
   private toEdge(edge: "start" | "end"): void {
     const { store } = this;
     if (!store.knots) return;
-    const [, start, end] = leading(store.playback, store.knots, store.inputDuration);
+    const [, start, end] = leading(store.playback, store.knots, store.inputEnd);
     this.seek(edge === "start" ? start : end);
   }
 
   private step(frames: number): void {
     const { store } = this;
     if (!store.knots) return;
-    store.playback = step(store.playback, store.knots, store.inputDuration, store.rate, frames);
+    store.playback = step(store.playback, store.knots, store.inputEnd, store.rate, frames);
     store.touch("playhead");
   }
 

@@ -17,13 +17,13 @@ export function keysInOrder(document: Document): Key[] {
 }
 
 /** Straight lines through the keytimes, from the beginning to the end of the input: what there is before any curve. */
-export function throughKeys(document: Document, inputDuration: number): Knots {
+export function throughKeys(document: Document, inputEnd: number): Knots {
   const inside = keysInOrder(document).filter((key, i, all) => key.output_time > (all[i - 1]?.output_time ?? 0));
   const last = inside.at(-1) ?? { output_time: 0, input_time: 0 };
-  const end = last.output_time + Math.max(inputDuration - last.input_time, 0.1);
+  const end = last.output_time + Math.max(inputEnd - last.input_time, 0.1);
   return {
     outputTimes: Float64Array.of(0, ...inside.map((key) => key.output_time), end),
-    inputTimes: Float64Array.of(0, ...inside.map((key) => key.input_time), inputDuration),
+    inputTimes: Float64Array.of(0, ...inside.map((key) => key.input_time), inputEnd),
   };
 }
 
@@ -53,7 +53,7 @@ export function deleteKey(document: Document, id: string): Document {
 
 export interface Room {
   /** Seconds of the first clip. */
-  readonly inputDuration: number;
+  readonly inputEnd: number;
   /** Frames a second of the first clip. */
   readonly rate: number;
   /** Seconds of the output; its end is no key. */
@@ -81,7 +81,7 @@ export function keyPlace(
   const low = before + frame;
   const high = after - frame;
   const outputTime = low <= high ? clamp(place(wanted.outputTime), low, high) : (before + after) / 2;
-  return { input_time: clamp(place(wanted.inputTime), 0, room.inputDuration), output_time: outputTime };
+  return { input_time: clamp(place(wanted.inputTime), 0, room.inputEnd), output_time: outputTime };
 }
 
 /** Add a span that may not be cut: slowed down at most. */
@@ -156,6 +156,11 @@ export function rateValue(rate: string): number {
 /** A length as frames of output, as the document writes it. */
 export function lengthInFrames(outputEnd: number, rate: number): string {
   return `${Math.max(2, Math.round(outputEnd * rate) + 1)}f`;
+}
+
+/** The length of an output of so many frames, as the command line says it: each frame is shown for a frame period. */
+export function lengthText(frames: number, input: { readonly n_frames: number; readonly rate: number }): string {
+  return `${(frames / input.rate).toFixed(2)} s, ${frames} frames: ${((100 * frames) / input.n_frames).toFixed(0)} % of the input`;
 }
 
 /** A speed as a person types it: `1.5`, `1/2`, `150%`; null where it says nothing. */

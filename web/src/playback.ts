@@ -27,15 +27,15 @@ export const STILL: PlaybackState = {
 };
 
 /** Put the playhead at a time of the clock that leads. */
-export function seek(state: PlaybackState, warp: Knots, inputDuration: number, time: number): PlaybackState {
+export function seek(state: PlaybackState, warp: Knots, inputEnd: number, time: number): PlaybackState {
   const start = outputStart(warp);
   const end = outputEnd(warp);
   if (state.clock === "output") {
     const outputTime = clamp(time, start, end);
-    const inputTime = state.linked ? inputAt(warp, outputTime) : clamp(outputTime - start, 0, inputDuration);
+    const inputTime = state.linked ? inputAt(warp, outputTime) : clamp(outputTime - start, 0, inputEnd);
     return { ...state, outputTime, inputTime };
   }
-  const inputTime = clamp(time, 0, inputDuration);
+  const inputTime = clamp(time, 0, inputEnd);
   const outputTime = state.linked
     ? outputAt(warp, inputTime, state.outputTime)
     : clamp(start + inputTime, start, end);
@@ -43,18 +43,18 @@ export function seek(state: PlaybackState, warp: Knots, inputDuration: number, t
 }
 
 /** The leading clock's time, and the range that it runs through. */
-export function leading(state: PlaybackState, warp: Knots, inputDuration: number): [number, number, number] {
+export function leading(state: PlaybackState, warp: Knots, inputEnd: number): [number, number, number] {
   if (state.clock === "input") {
     // Unlinked, the playhead of a figure that has come to its end rests there.
-    return [state.inputTime, 0, inputDuration];
+    return [state.inputTime, 0, inputEnd];
   }
   return [state.outputTime, outputStart(warp), outputEnd(warp)];
 }
 
 /** Let `seconds` pass. At the end it begins anew, or stands. */
-export function advance(state: PlaybackState, warp: Knots, inputDuration: number, seconds: number): PlaybackState {
+export function advance(state: PlaybackState, warp: Knots, inputEnd: number, seconds: number): PlaybackState {
   if (state.rate === 0) return state;
-  const [time, start, end] = leading(state, warp, inputDuration);
+  const [time, start, end] = leading(state, warp, inputEnd);
   let next = time + seconds * state.rate;
   let rate = state.rate;
   if (next > end || next < start) {
@@ -65,19 +65,19 @@ export function advance(state: PlaybackState, warp: Knots, inputDuration: number
       rate = 0;
     }
   }
-  return { ...seek(state, warp, inputDuration, next), rate };
+  return { ...seek(state, warp, inputEnd, next), rate };
 }
 
 /** Stand, and go a number of the clip's frames on. */
 export function step(
   state: PlaybackState,
   warp: Knots,
-  inputDuration: number,
+  inputEnd: number,
   frameRate: number,
   frames: number,
 ): PlaybackState {
-  const [time] = leading(state, warp, inputDuration);
-  return seek({ ...state, rate: 0 }, warp, inputDuration, snapped(time, frameRate) + frames / frameRate);
+  const [time] = leading(state, warp, inputEnd);
+  return seek({ ...state, rate: 0 }, warp, inputEnd, snapped(time, frameRate) + frames / frameRate);
 }
 
 /** J, K and L: backward, stand, forward; again, faster. */

@@ -110,8 +110,8 @@ export class Store {
     return time + (this.references[source]?.start_time ?? 0);
   }
 
-  /** Seconds of the first clip. */
-  get inputDuration(): number {
+  /** Time of the last frame of the first clip, seconds. */
+  get inputEnd(): number {
     const clip = this.clip;
     return clip ? (clip.n_frames - 1) / clip.rate : 0;
   }
@@ -123,7 +123,7 @@ export class Store {
   get knots(): Knots | null {
     if (this.curve) return { outputTimes: this.curve.output_times, inputTimes: this.curve.input_times };
     // A project may open with a problem, before there was any curve: then there is at least something to look at.
-    return this.problem && this.document && this.clip ? throughKeys(this.document, this.inputDuration) : null;
+    return this.problem && this.document && this.clip ? throughKeys(this.document, this.inputEnd) : null;
   }
 
   /** The warp of what the output is compared with; none for the input itself. */

@@ -7,6 +7,7 @@ import {
   deleteKey,
   keyPlace,
   lengthInFrames,
+  lengthText,
   parseSpeed,
   parseTime,
   parseLength,
@@ -48,7 +49,7 @@ describe("keys", () => {
 });
 
 describe("where a dragged key lands", () => {
-  const room = { inputDuration: 4, rate: 10, outputEnd: 3 };
+  const room = { inputEnd: 4, rate: 10, outputEnd: 3 };
   const place = (wanted: { inputTime: number; outputTime: number }, snap = true): { input_time: number; output_time: number } =>
     keyPlace(withKeys(1, 2), "k1", wanted, room, snap);
 
@@ -170,6 +171,8 @@ it("draws straight lines through keytimes, in order, without those at one time",
 it("writes lengths as frames, two at least", () => {
   expect(lengthInFrames(2, 30)).toBe("61f");
   expect(lengthInFrames(-5, 30)).toBe("2f");
+  // What was asked for as 8s is called 8 s.
+  expect(lengthText(480, { n_frames: 816, rate: 60 })).toBe("8.00 s, 480 frames: 59 % of the input");
 });
 
 it("adds locks beside keys, each with an id of its own", () => {

@@ -111,9 +111,9 @@ describe("a reference in its own time", () => {
   store.document = setReferenceRange(store.document, 1, { first: 11, last: 21 });
 
   it("is all of its file, and the range that the document says", () => {
-    expect(referenceSpan(store)).toMatchObject({ source: 0, duration: 10, start: 0, end: 3, offset: 0, firstFrame: 101 });
+    expect(referenceSpan(store)).toMatchObject({ source: 0, lastTime: 10, start: 0, end: 3, offset: 0, firstFrame: 101 });
     store.look({ reference: 1 });
-    expect(referenceSpan(store)).toMatchObject({ source: 1, duration: 4, start: 1, end: 2, offset: 1, firstFrame: 1 });
+    expect(referenceSpan(store)).toMatchObject({ source: 1, lastTime: 4, start: 1, end: 2, offset: 1, firstFrame: 1 });
     // One that is gone gives way to the last there is.
     store.look({ reference: 7 });
     expect(store.reference).toBe(1);

@@ -93,17 +93,16 @@ def _say_what_was_kept(motion: Motion, phases: list[dict[str, Any]], linear: War
     rate = float(motion.rate)
     rows = []
     for phase in phases:
-        # A phase ends where the next one begins; the last one with the clip.
-        end = min((phase["last_frame"] + 1) / rate, motion.duration)
-        rows.append((phase["name"], [InputSpan(phase["first_frame"] / rate, end)]))
+        # A phase ends where the next one begins; the last one with the clip, whose last frame is shown too.
+        rows.append((phase["name"], [InputSpan(phase["first_frame"] / rate, (phase["last_frame"] + 1) / rate)]))
     rows += [("standing still, in all", idle_spans(motion)), ("the whole clip", [InputSpan(0.0, motion.duration)])]
     say(f"The sample at {LENGTH} of its length: seconds in the input, and in the output by either warp\n")
     say(f"{'':22}{'input':>8}{'linear':>8}{'guided':>8}")
     for label, spans in rows:
         times = [
             sum(span.seconds for span in spans),
-            sum(output_seconds(linear, span) for span in spans),
-            sum(output_seconds(guided, span) for span in spans),
+            sum(output_seconds(linear, span, motion) for span in spans),
+            sum(output_seconds(guided, span, motion) for span in spans),
         ]
         say(f"{label:22}" + "".join(f"{seconds:8.2f}" for seconds in times))
     flights = flight_spans(motion)

@@ -94,7 +94,7 @@ def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
         "first_frame": clip.first_frame,
         "rate": float(clip.rate),
         "exact_rate": str(clip.rate),
-        "seconds": float(clip.n_frames / clip.rate),
+        "seconds": clip.duration,
     }
     if not isinstance(clip, Motion):
         return {**document, "channels": len(clip.names), "channel_names": list(clip.names)}

@@ -159,10 +159,7 @@ class Found:
     n_output_frames: int = field(init=False)
 
     def __post_init__(self) -> None:
-        from retime.warp.apply import output_frame_times
-
-        n_output_frames = len(output_frame_times(self.warp, float(self.clip.rate)))
-        object.__setattr__(self, "n_output_frames", n_output_frames)
+        object.__setattr__(self, "n_output_frames", self.warp.count_frames(self.clip.rate))
 
 
 def deliver(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> None:
@@ -227,8 +224,10 @@ def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[
         **facts,
         "input_frames": found.clip.n_frames,
         "input_rate": float(found.clip.rate),
+        "input_seconds": found.clip.duration,
         "output_frames": found.n_output_frames,
         "output_rate": float(found.clip.rate),
+        "output_seconds": float(found.n_output_frames / found.clip.rate),
         "n_input": None if search is None else search.n_input,
         "n_output": None if search is None else search.n_output,
         "n_reference": None if search is None else search.n_reference,

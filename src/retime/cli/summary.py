@@ -79,10 +79,14 @@ def unit_share(warp: Warp) -> float:
     return float(seconds[np.abs(warp.slopes - 1.0) < _UNIT].sum() / seconds.sum())
 
 
-def output_seconds(warp: Warp, span: InputSpan) -> float:
-    """Return how long the output shows a span of the input; the warp plays forward."""
+def output_seconds(warp: Warp, span: InputSpan, clip: Motion | Signal) -> float:
+    """Return how long the output shows a span of the input; the warp plays all of the clip, forward.
+
+    A span that reaches the clip's end holds its last frame, which output and input show for a frame period each.
+    """
     back = warp.inverse()
-    return float(back(span.end) - back(span.start))
+    last_frame = max(0.0, span.end - clip.end_time)
+    return float(back(span.end) - back(span.start)) + last_frame
 
 
 def length_text(n_frames: int, rate: Fraction) -> str:

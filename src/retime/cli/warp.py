@@ -242,7 +242,7 @@ def _find(
             **options,
         )
         return search.warp, search
-    keytimes = check_keytimes(as_keytimes(clip, request.length, request.keys), clip.duration)
+    keytimes = check_keytimes(as_keytimes(clip, request.length, request.keys), clip.end_time)
     if request.method == "linear":
         return linear_warp(keytimes), None
     return spline_warp(keytimes, rate=float(clip.rate)), None

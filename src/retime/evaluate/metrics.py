@@ -130,7 +130,7 @@ def fastest_speed(warp: Warp, *, rate: float = ANALYSIS_RATE) -> float:
     starts = np.unique(np.concatenate([warp.output_times, warp.output_times - 1 / rate]))
     starts = starts[(starts >= warp.output_start) & (starts <= warp.output_end - 1 / rate)]
     if not len(starts):
-        return float(abs(warp.input_times[-1] - warp.input_times[0]) / warp.output_duration)
+        return float(abs(warp.input_times[-1] - warp.input_times[0]) / warp.output_span)
     return float(np.max(np.abs(warp(starts + 1 / rate) - warp(starts)))) * rate
 
 
@@ -296,7 +296,7 @@ def rms_jerk(motion: Motion, *, rate: float = ANALYSIS_RATE) -> float:
     Over shorter times the noise of a capture would be all that it measures. 0 where the motion is shorter than four
     analysis frames.
     """
-    times = np.arange(math.floor(motion.duration * rate + 1e-6) + 1) / rate
+    times = np.arange(math.floor(motion.end_time * rate + 1e-6) + 1) / rate
     if len(times) < 4:
         return 0.0
     positions = global_poses(motion.at(times)).positions * metres_per_unit(motion)
@@ -355,7 +355,7 @@ def _nearest_distances(here: FloatArray, there: FloatArray, n_neighbors: int) ->
 
 def joint_speeds(motion: Motion, joints: Sequence[str], *, rate: float = ANALYSIS_RATE) -> FloatArray:
     """Speeds of some joints over the ground, between neighbouring analysis frames, all in one row; metres a second."""
-    times = np.arange(math.floor(motion.duration * rate + 1e-6) + 1) / rate
+    times = np.arange(math.floor(motion.end_time * rate + 1e-6) + 1) / rate
     places = [motion.skeleton.index(name) for name in joints]
     positions = global_poses(motion.at(times)).positions[:, places] * metres_per_unit(motion)
     return np.asarray(np.linalg.norm(np.diff(positions, axis=0), axis=-1).ravel() * rate)
@@ -460,7 +460,7 @@ def match_warps(
         float(error.max()),
         float(np.corrcoef(found, wanted)[0, 1]) if varies else math.nan,
         float(np.sqrt(np.mean((found - wanted) ** 2))),
-        warp.output_duration / truth.output_duration,
+        warp.output_span / truth.output_span,
     )
 
 

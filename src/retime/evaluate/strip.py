@@ -151,19 +151,19 @@ def plan_strip(
         About how many poses the longest row gets.
     """
     frame = 1 / float(motion.rate)
-    end = motion.duration if motion.duration > 0 else frame
+    end = motion.end_time if motion.end_time > 0 else frame
     sources = [("input", Warp(np.array([0.0, end]), np.array([0.0, end]))), *warps.items()]
-    longest_row = max(warp.output_duration for _, warp in sources)
+    longest_row = max(warp.output_span for _, warp in sources)
     step = longest_row / n_poses
     flight = max(found, key=lambda times: times[1] - times[0], default=None)
     excerpt = False
     if flight is not None:
-        duration = flight[1] - flight[0]
-        excerpt = duration < _FEWEST_IN_FLIGHT * step
+        flying = flight[1] - flight[0]
+        excerpt = flying < _FEWEST_IN_FLIGHT * step
         if excerpt:
-            step = duration / _WANTED_IN_FLIGHT
-        elif step < duration:
-            step = duration / (round(duration / step - 0.5) + 0.5)
+            step = flying / _WANTED_IN_FLIGHT
+        elif step < flying:
+            step = flying / (round(flying / step - 0.5) + 0.5)
     elif isinstance(motion, Motion) and step > _LONGEST_STEP:
         excerpt, step = True, _LONGEST_STEP
     step = max(step, frame)

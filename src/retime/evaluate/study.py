@@ -257,7 +257,7 @@ class _Looker:
             match = metrics.match_speeds(metrics.joint_speeds(shown, WRISTS), self.wanted)
             speeds = match.quantiles
         common: dict[str, Any] = {
-            "seconds": shown.duration,
+            "seconds": shown.end_time,
             "jerk": metrics.rms_jerk(shown),
             "distance": distance,
             "speeds": speeds,
@@ -317,7 +317,7 @@ class _Looker:
 
 
 def _identity(motion: Motion) -> Warp:
-    return Warp([0.0, motion.duration], [0.0, motion.duration])  # type: ignore[arg-type]
+    return Warp([0.0, motion.end_time], [0.0, motion.end_time])  # type: ignore[arg-type]
 
 
 def _seen_as(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -400,13 +400,13 @@ def _preserve(
     versions = [look.input()]
     versions.append(look.version("linear", "one speed for all", linear_warp(found.warp.keytimes)))
     keep = spans_to_keep(motion, look.flights) if look.flights else _busy_spans(motion, look.idle)
-    if sum(end - start for start, end in keep) < found.warp.output_duration:
+    if sum(end - start for start, end in keep) < found.warp.output_span:
         what = "take-offs and landings" if look.flights else "beginning and end of what is no idling"
-        spline = keyed_spline(motion, keep, found.warp.output_duration)
+        spline = keyed_spline(motion, keep, found.warp.output_span)
         note = f"through {len(spline.keytimes)} keytimes set by hand: {what}"
         versions.append(look.version("spline with keys", note, spline))
     if silence:
-        n_output = round(found.warp.output_duration * float(motion.rate)) + 1
+        n_output = round(found.warp.output_span * float(motion.rate)) + 1
         cut = cut_idle(motion, n_output)
         versions.append(look.version("silence cut", "the frames that move least are dropped", cut, average=False))
     if beat is not None:
@@ -419,7 +419,7 @@ def _preserve(
 
 def _busy_spans(motion: Motion, idle: metrics.Spans) -> tuple[tuple[float, float], ...]:
     """Everything but the idle stretches."""
-    ends = [0.0, *(time for span in idle for time in span), motion.duration]
+    ends = [0.0, *(time for span in idle for time in span), motion.end_time]
     return tuple((start, end) for start, end in zip(ends[::2], ends[1::2], strict=True) if end > start)
 
 
@@ -534,7 +534,7 @@ def v6(clips: Library, repeats: int) -> Evaluation:
 def _keyed_blows(motion: Motion) -> Warp:
     """Hurry over every blow as an animator would, by keytimes around it; the length stays."""
     blows = spans_to_keep(motion, fast_spans(motion, WRISTS))
-    return keyed_spline(motion, blows, motion.duration, speed=1.6)
+    return keyed_spline(motion, blows, motion.end_time, speed=1.6)
 
 
 def v6b(clips: Library, repeats: int) -> Evaluation:
@@ -612,14 +612,14 @@ def v7b(clips: Library, repeats: int) -> Evaluation:
     motion, reference, truth = answer.motion, answer.reference, answer.truth
     options: dict[str, Any] = {"length": "free", "max_skip": 8, "upsample": 4}
     found, row = solve_timed(motion, reference, {**SETTINGS, **options}, repeats=repeats)
-    given = round(truth.output_duration * float(motion.rate)) + 1
+    given = round(truth.output_span * float(motion.rate)) + 1
     known = Session(motion, reference=Reference(reference), **SETTINGS).solve(length=given, max_skip=8, upsample=4)
     look = _Looker(motion, reference, truth=truth, spans=answer.spans)
     spline = spline_through(truth, [step.time for step in steps(motion)], rate=float(motion.rate))
     versions = (
         look.input(),
         look.version("by hand", "every cycle warped by hand: the answer", truth),
-        look.version("linear", "one speed for all, to the hand's length", _stretched(motion, truth.output_duration)),
+        look.version("linear", "one speed for all, to the hand's length", _stretched(motion, truth.output_span)),
         look.version("spline with keys", f"through {len(spline.keytimes)} of the hand's times: every step", spline),
         look.version(
             "aligned", "dynamic time warping to the cycle, repeated", align_warp(motion, reference, loop=True)
@@ -651,11 +651,11 @@ def v8(clips: Library, repeats: int) -> Evaluation:
     session = Session(motion, reference=Reference(reference), **SETTINGS)
     plain = session.solve(**options, free_weight="sum")
     look = _Looker(motion, reference, truth=truth, spans=tuple((a - 0.3, b + 0.3) for a, b in _flights(motion)))
-    spline = keyed_spline(motion, spans_to_keep(motion, look.flights), truth.output_duration, speed=0.5)
+    spline = keyed_spline(motion, spans_to_keep(motion, look.flights), truth.output_span, speed=0.5)
     versions = (
         look.input(),
         look.version("by hand", "every flight at half its speed: the answer", truth),
-        look.version("linear", "one speed for all, to the hand's length", _stretched(motion, truth.output_duration)),
+        look.version("linear", "one speed for all, to the hand's length", _stretched(motion, truth.output_span)),
         look.version("spline with keys", f"{len(spline.keytimes)} keytimes by hand: take-offs and landings", spline),
         look.version("aligned", "dynamic time warping to the jump, repeated", align_warp(motion, reference, loop=True)),
         look.guided(plain, "guided, weighed by the paper's plain sum", "plain sum"),
@@ -675,9 +675,9 @@ def v8(clips: Library, repeats: int) -> Evaluation:
     )
 
 
-def _stretched(motion: Motion, output_duration: float) -> Warp:
+def _stretched(motion: Motion, output_span: float) -> Warp:
     """Play a whole clip at one speed."""
-    return linear_warp([Keytime(0.0, 0.0), Keytime(output_duration, motion.duration)])
+    return linear_warp([Keytime(0.0, 0.0), Keytime(output_span, motion.end_time)])
 
 
 def _flights(motion: Motion) -> tuple[tuple[float, float], ...]:

@@ -84,7 +84,7 @@ def answer_all(
 def _warps(answer: Answer, settings: Mapping[str, Any]) -> Iterator[tuple[str, Warp]]:
     motion, reference = answer.motion, answer.reference
     features = settings.get("features")
-    yield METHODS[0], Warp([0.0, motion.duration], [0.0, motion.duration])  # type: ignore[arg-type]
+    yield METHODS[0], Warp([0.0, motion.end_time], [0.0, motion.end_time])  # type: ignore[arg-type]
     yield METHODS[1], align_warp(motion, reference, features=features)
     yield METHODS[2], align_warp(motion, reference, features=features, loop=True)
     session = Session(motion, reference=Reference(reference), **settings)
@@ -97,4 +97,4 @@ def _warps(answer: Answer, settings: Mapping[str, Any]) -> Iterator[tuple[str, W
         other = Session(motion, reference=Reference(reference), **{**settings, "score": "conditional"})
         yield METHODS[5], other.solve(length="free").warp
         yield METHODS[6], session.solve(length="free", free_weight="sum").warp
-    yield METHODS[7], session.solve(length=round(answer.truth.output_duration * float(motion.rate)) + 1).warp
+    yield METHODS[7], session.solve(length=round(answer.truth.output_span * float(motion.rate)) + 1).warp

@@ -33,7 +33,7 @@ def cut_idle(motion: Motion, n_output: int) -> Warp:
     speed[[0, -1]] = np.inf
     kept = np.sort(np.argsort(-speed, kind="stable")[:n_output])
     rate = float(motion.rate)
-    ends = (Keytime(0.0, 0.0), Keytime((n_output - 1) / rate, motion.duration))
+    ends = (Keytime(0.0, 0.0), Keytime((n_output - 1) / rate, motion.end_time))
     return Warp(np.arange(n_output) / rate, kept / rate, ends, method="cut")
 
 
@@ -41,7 +41,7 @@ def spans_to_keep(motion: Motion, keep: Spans, *, margin: float = 0.1) -> tuple[
     """Widen stretches by `margin` seconds, and join those that then meet."""
     joined: list[tuple[float, float]] = []
     for start, end in sorted(keep):
-        a, b = max(0.0, start - margin), min(motion.duration, end + margin)
+        a, b = max(0.0, start - margin), min(motion.end_time, end + margin)
         if joined and a <= joined[-1][1]:
             joined[-1] = (joined[-1][0], max(b, joined[-1][1]))
         else:
@@ -49,7 +49,7 @@ def spans_to_keep(motion: Motion, keep: Spans, *, margin: float = 0.1) -> tuple[
     return tuple(joined)
 
 
-def keyed_spline(motion: Motion, keep: Spans, output_duration: float, *, speed: float = 1.0) -> Warp:
+def keyed_spline(motion: Motion, keep: Spans, output_span: float, *, speed: float = 1.0) -> Warp:
     """Set keytimes as an animator would, at both ends of each stretch whose speed is wanted, and join them.
 
     The rest shares what time is left, evenly.
@@ -60,7 +60,7 @@ def keyed_spline(motion: Motion, keep: Spans, output_duration: float, *, speed: 
         The input.
     keep : sequence of (float, float)
         Those stretches, input seconds, in order and apart.
-    output_duration : float
+    output_span : float
         Seconds.
     speed : float
         That they play at; 1 keeps their duration.
@@ -76,18 +76,18 @@ def keyed_spline(motion: Motion, keep: Spans, output_duration: float, *, speed: 
         They alone are as long as the output.
     """
     wanted = sum(end - start for start, end in keep)
-    kept, rest = wanted / speed, motion.duration - wanted
-    if not kept < output_duration:
-        raise InfeasibleWarpError(f"{kept:.2f} s are to be kept, in an output of {output_duration:.2f} s")
-    slowness = (output_duration - kept) / rest if rest > 0 else 1.0
+    kept, rest = wanted / speed, motion.end_time - wanted
+    if not kept < output_span:
+        raise InfeasibleWarpError(f"{kept:.2f} s are to be kept, in an output of {output_span:.2f} s")
+    slowness = (output_span - kept) / rest if rest > 0 else 1.0
     keys = [Keytime(0.0, 0.0)]
     for start, end in keep:
         for at, pace in ((start, slowness), (end, 1 / speed)):
             before = keys[-1]
             if at > before.input_time:
                 keys.append(Keytime(before.output_time + (at - before.input_time) * pace, at))
-    if motion.duration - keys[-1].input_time > 1e-9:
-        keys.append(Keytime(output_duration, motion.duration))
+    if motion.end_time - keys[-1].input_time > 1e-9:
+        keys.append(Keytime(output_span, motion.end_time))
     return spline_warp(keys, rate=float(motion.rate))
 
 
@@ -144,8 +144,8 @@ def align_warp(
     sums = np.bincount(path[:, 1] - used[0], weights=path[:, 0].astype(np.float64))
     places = sums / np.bincount(path[:, 1] - used[0])
     places[0], places[-1] = 0.0, len(here) - 1
-    input_times = np.minimum(places / rate, motion.duration)
-    input_times[-1] = motion.duration
+    input_times = np.minimum(places / rate, motion.end_time)
+    input_times[-1] = motion.end_time
     return Warp(np.arange(len(used)) / rate, input_times, method="aligned")
 
 

@@ -95,7 +95,7 @@ def draw_speeds(evaluations: Sequence[Evaluation], path: Path) -> None:
             for start, end in flights:
                 axes.axvspan(start, end, color=FLIGHT, linewidth=0, zorder=0)
             smooth = evaluation.guided.warp
-            reach = warp.output_duration
+            reach = warp.output_span
             for curve, color, width in ((warp, "#5eada5", 0.8), (smooth, "#0f766e", 1.5)):
                 line = step_curve(curve, curve.slopes > 0, curve.slopes)
                 axes.plot(*simplified(*line, reach=reach), color=color, linewidth=width)

@@ -212,7 +212,7 @@ def limp(motion: Motion, *, strength: float = 1.7) -> Warp:
         first, last = halves[0][0], halves[-1][1]
         if first.time < usual:
             spans.append((first.time - usual, first.time, "right" if first.side == "left" else "left"))
-        if motion.duration - last.time < usual:
+        if motion.end_time - last.time < usual:
             spans.append((last.time, last.time + usual, last.side))
     for start, end, side in spans:
         inside = (times >= start) & (times < end)
@@ -251,7 +251,7 @@ def weaken(motion: Motion, joints: Sequence[str], *, share: float = 0.5) -> Warp
     smooth = _fastest(motion, joints)
     log_speed = -share * np.log(np.maximum(smooth, 1e-9) / np.median(smooth))
     warp = from_log_speed(np.clip(log_speed, math.log(0.45), math.log(2.2)), motion)
-    return replace(warp, output_times=warp.output_times * (motion.duration / warp.output_end))
+    return replace(warp, output_times=warp.output_times * (motion.end_time / warp.output_end))
 
 
 def fast_spans(motion: Motion, joints: Sequence[str], *, share: float = 0.15) -> tuple[tuple[float, float], ...]:
@@ -259,7 +259,7 @@ def fast_spans(motion: Motion, joints: Sequence[str], *, share: float = 0.15) ->
     speed = _fastest(motion, joints)
     fast = np.concatenate([[0], (speed > np.quantile(speed, 1 - share)).astype(np.int8), [0]])
     edges = np.flatnonzero(np.diff(fast)).reshape(-1, 2) / float(motion.rate)
-    return tuple((float(start), min(float(end), motion.duration)) for start, end in edges)
+    return tuple((float(start), min(float(end), motion.end_time)) for start, end in edges)
 
 
 def _fastest(motion: Motion, joints: Sequence[str]) -> FloatArray:
@@ -360,7 +360,7 @@ def limp_answer(name: str, example: Motion, motion: Motion) -> Answer:
 def jump_answer(name: str, motion: Motion, start: float, end: float) -> Answer:
     """Give a stretch with one slowed flight as the reference for the whole clip."""
     truth = slow_flights(motion)
-    spans = tuple((max(0.0, a - 0.3), min(motion.duration, b + 0.3)) for a, b in flight_spans(motion))
+    spans = tuple((max(0.0, a - 0.3), min(motion.end_time, b + 0.3)) for a, b in flight_spans(motion))
     own = _frames_of(motion, start, end)
     return Answer(name, "jump", motion, example_of(motion, truth, start, end), truth, spans, example=own)
 
@@ -373,7 +373,7 @@ def boxing_answer(name: str, strong: Motion, reference: Motion) -> Answer:
     hand = weaken(strong, WRISTS)
     weak = replace(apply_warp(strong, hand, average=False), name=f"{strong.name}, weakened")
     truth = Warp(hand.input_times, hand.output_times, method="hand")
-    return Answer(name, "boxing", weak, reference, truth, ((0.0, weak.duration),), free=False)
+    return Answer(name, "boxing", weak, reference, truth, ((0.0, weak.end_time),), free=False)
 
 
 def _jump(clip: str, start: float, end: float) -> Callable[[Library], Answer]:

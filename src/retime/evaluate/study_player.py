@@ -57,7 +57,7 @@ def camera_player_html(result: CameraResult) -> str:
     """Write a player that looks at a warped figure through its camera, warped with it and left as it was."""
     motion = result.motion
     figure, used, start = _figure_data(motion)
-    shown = {"seconds": motion.duration, **_poses_data(motion, used, start)}
+    shown = {"seconds": motion.end_time, **_poses_data(motion, used, start)}
     views = [
         ("camera warped with the figure", "by the same warp", result.shown),
         ("camera as it was", "what goes wrong otherwise", result.left),
@@ -99,7 +99,7 @@ def _figure_data(motion: Motion) -> tuple[dict[str, Any], list[int], FloatArray]
 
 
 def _pose_times(motion: Motion) -> FloatArray:
-    return np.append(np.arange(int(np.ceil(motion.duration * _RATE - 1e-6))) / _RATE, motion.duration)
+    return np.append(np.arange(int(np.ceil(motion.end_time * _RATE - 1e-6))) / _RATE, motion.end_time)
 
 
 def _poses_data(motion: Motion, used: Sequence[int], start: FloatArray) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def _version_data(version: Version, evaluation: Evaluation, used: Sequence[int],
     data: dict[str, Any] = {
         "label": version.label,
         "note": version.note,
-        "seconds": motion.duration,
+        "seconds": motion.end_time,
         **_poses_data(motion, used, start),
     }
     if version.warp is not None:

@@ -95,7 +95,7 @@ def _correlations(cases: Iterable[Answer], settings: Mapping[str, Any], *, given
     found = []
     for case in cases:
         session = Session(case.motion, reference=Reference(case.reference), **settings)
-        length: str | int = round(case.truth.output_duration * float(case.motion.rate)) + 1 if given else "free"
+        length: str | int = round(case.truth.output_span * float(case.motion.rate)) + 1 if given else "free"
         found.append(match_warps(session.solve(length=length).warp, case.truth, spans=case.spans).correlation)
     return [float(np.nan_to_num(one)) for one in found]
 

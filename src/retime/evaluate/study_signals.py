@@ -27,7 +27,7 @@ GRAVITY = 9.81
 def orbit(motion: Motion, *, distance: float = 4.0, seconds_a_turn: float = 20.0) -> Signal:
     """Let a camera go round a figure and look at its root: place and aim, in the motion's units, at 24 Hz."""
     unit = 1 / metres_per_unit(motion)
-    times = np.arange(round(motion.duration * float(CAMERA_RATE)) + 1) / float(CAMERA_RATE)
+    times = np.arange(round(motion.end_time * float(CAMERA_RATE)) + 1) / float(CAMERA_RATE)
     root = global_poses(motion.at(times)).positions[:, 0]
     angle = 2 * np.pi * times / seconds_a_turn
     place = root + distance * unit * np.stack([np.cos(angle), np.full_like(angle, 0.25), np.sin(angle)], axis=1)
@@ -124,7 +124,7 @@ def warp_curve(motion: Motion, warp: Warp) -> CurveResult:
     def clock(n_samples: int) -> FloatArray:
         return np.arange(n_samples) / float(CURVE_RATE)
 
-    times = clock(round(motion.duration * float(CURVE_RATE)) + 1)
+    times = clock(round(motion.end_time * float(CURVE_RATE)) + 1)
     curve = Signal(("height",), height(motion, times)[:, None], CURVE_RATE, name="height")
     output, shown = apply_warp(motion, warp), apply_warp(curve, warp)
     wanted = height(output, clock(shown.n_frames))

@@ -322,7 +322,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, Motion | Signal):
         return {"name": value.name, "n_frames": value.n_frames, "rate": str(value.rate)}
     if isinstance(value, Warp):
-        return {"method": value.method, "seconds": value.output_duration, "n_knots": len(value.output_times)}
+        return {"method": value.method, "seconds": value.output_span, "n_knots": len(value.output_times)}
     if isinstance(value, GuidedWarp):
         stated = (
             "n_input",

@@ -70,7 +70,12 @@ class Signal:
 
     @property
     def duration(self) -> float:
-        """Seconds from the first frame to the last."""
+        """Length in seconds, ``n_frames / rate``: every frame is shown for a frame period, the last one too."""
+        return float(self.n_frames / self.rate)
+
+    @property
+    def end_time(self) -> float:
+        """Time of the last frame, seconds, ``(n_frames - 1) / rate``: where the signal's own time ends."""
         return float((self.n_frames - 1) / self.rate)
 
     def frames(self, start: int, stop: int) -> Signal:

@@ -166,7 +166,7 @@ def _same_stretch(part: AnyClip, whole: AnyClip, other: AnyClip) -> AnyClip:
     if part is whole:
         return other
     start = float((part.first_frame - whole.first_frame) / whole.rate)
-    n_frames = min(round(part.duration * float(other.rate)) + 1, other.n_frames)
+    n_frames = min(round(part.end_time * float(other.rate)) + 1, other.n_frames)
     begin = min(round(start * float(other.rate)), other.n_frames - n_frames)
     return other.frames(begin, begin + n_frames)
 
@@ -300,7 +300,7 @@ class DocumentSolver:
                 raise OptionError(
                     f"a free length needs a search; the method {options.method} has none", option="length"
                 )
-            keytimes = check_keytimes(as_keytimes(clip, document.length, keys), clip.duration)
+            keytimes = check_keytimes(as_keytimes(clip, document.length, keys), clip.end_time)
             warp = linear_warp(keytimes) if options.method == "linear" else spline_warp(keytimes, rate=float(clip.rate))
             return Solution(document, sources, replace(warp, name=clip.name), None)
         search = self._session(document, sources).solve(

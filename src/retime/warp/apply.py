@@ -29,7 +29,7 @@ _LONG = 16
 
 def output_frame_times(warp: Warp, rate: float) -> FloatArray:
     """Return the output time of each frame that a warp gives at `rate`, seconds; the last one is the warp's end."""
-    n_output = max(1, round(warp.output_duration * rate) + 1)
+    n_output = warp.count_frames(rate)
     times = warp.output_start + np.arange(n_output) / rate
     if n_output > 1:
         times[-1] = warp.output_end
@@ -78,7 +78,7 @@ def apply_warp(
     Returns
     -------
     Motion or Signal
-        Same rate, names and channels; ``round(warp.output_duration * rate) + 1`` frames.
+        Same rate, names and channels; ``warp.count_frames(motion.rate)`` frames.
 
     Raises
     ------
@@ -147,14 +147,14 @@ def _compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
     """Warn where the warp and the motion don't cover the same input times, half a frame aside."""
     name, near = motion.name or "the motion", 0.5 / float(motion.rate)
     low, high = float(warp.input_times.min()), float(warp.input_times.max())
-    if low < -near or high > motion.duration + near:
+    if low < -near or high > motion.end_time + near:
         message = (
-            f"the warp reaches input times {low:g} to {high:g} s, but {name} runs from 0 to {motion.duration:g} s; "
+            f"the warp reaches input times {low:g} to {high:g} s, but {name} runs from 0 to {motion.end_time:g} s; "
             "it is held at its ends"
         )
-    elif low > near or high < motion.duration - near:
+    elif low > near or high < motion.end_time - near:
         message = (
-            f"the warp uses input times {low:g} to {high:g} s; {name} runs from 0 to {motion.duration:g} s, and the "
+            f"the warp uses input times {low:g} to {high:g} s; {name} runs from 0 to {motion.end_time:g} s, and the "
             "rest of it is left out"
         )
     else:
@@ -193,7 +193,7 @@ def window_frames(warp: Warp, rate: float, output_times: FloatArray, *, loop: bo
     period = 1.0 / rate
     before, after = output_times - period / 2, output_times + period / 2
     if loop:
-        again, gain = warp.output_duration, warp.input_times[-1] - warp.input_times[0]
+        again, gain = warp.output_span, warp.input_times[-1] - warp.input_times[0]
         early, late = before < warp.output_start, after > warp.output_end
         travel = warp(np.where(late, after - again, after)) - warp(np.where(early, before + again, before))
         travel += gain * (early.astype(float) + late)

@@ -178,7 +178,9 @@ class LockedSpan:
     speed: float | None = None
 
 
-def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Sequence[Lock]) -> tuple[LockedSpan, ...]:
+def locked_spans(
+    reduction: Reduction, max_skip: int, input_end: float, locks: Sequence[Lock]
+) -> tuple[LockedSpan, ...]:
     """Find the unrolled frames that locks bind.
 
     A lock begins at the unrolled frame nearest to its start, and ends after the whole number of steps that brings it
@@ -191,8 +193,8 @@ def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Se
         The spans.
     max_skip : int
         Largest step.
-    duration : float
-        Seconds from the first input frame to the last.
+    input_end : float
+        Time of the last input frame, seconds.
     locks : sequence of Lock
         In input time.
 
@@ -207,7 +209,7 @@ def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Se
         A lock that leaves the clip, holds a hold, binds nothing, or has a speed that no step plays.
     """
     for i, lock in enumerate(locks):
-        _check_lock(lock, i, reduction, max_skip, duration)
+        _check_lock(lock, i, reduction, max_skip, input_end)
     bound: list[LockedSpan] = []
     places: list[list[int]] = [[] for _ in locks]
     for span in range(len(reduction.keytimes) - 1):
@@ -230,12 +232,12 @@ def locked_spans(reduction: Reduction, max_skip: int, duration: float, locks: Se
     return tuple(bound)
 
 
-def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, duration: float) -> None:
+def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, input_end: float) -> None:
     """Refuse a lock (`place` of them) that contradicts the clip, a hold between keytimes, or the steps there are."""
     near = 1 / reduction.rate
-    if lock.start < -near or lock.end > duration + near:
+    if lock.start < -near or lock.end > input_end + near:
         raise OptionError(
-            f"the lock {lock} leaves the clip, which runs from 0 to {duration:g} s", option="locks", item=place
+            f"the lock {lock} leaves the clip, which runs from 0 to {input_end:g} s", option="locks", item=place
         )
     for before, after in itertools.pairwise(reduction.keytimes):
         if before.input_time == after.input_time and lock.start + 1e-9 < before.input_time < lock.end - 1e-9:
@@ -471,6 +473,7 @@ def check_counts(
     n_output: tuple[int, int] | None = None,
     wishes: str = "",
     fits: Fits | None = None,
+    last_frame: float = 0.0,
 ) -> None:
     """Refuse keytimes between which no number of allowed steps fits.
 
@@ -486,6 +489,8 @@ def check_counts(
         What besides `max_skip` and the upsampling forbids steps, for the message.
     fits : function of (upsample, max_skip), optional
         Whether all keytimes could be met with these: only a remedy that works is offered.
+    last_frame : float
+        How long the last output frame is shown, seconds: lengths count it, and are offered in frames so long.
 
     Raises
     ------
@@ -499,7 +504,7 @@ def check_counts(
             least, most = (count - 1 - reduction.positions[span] for count in n_output)
         possible = _StepCounts(allowed[first:last], last - first)
         if not possible.any_between(least, most):
-            raise _infeasible(reduction, span, allowed.shape[1], (least, most), possible, wishes, fits)
+            raise _infeasible(reduction, span, allowed.shape[1], (least, most), possible, wishes, fits, last_frame)
 
 
 def steps_fit(allowed: BoolArray, n_steps: int) -> bool:
@@ -565,6 +570,7 @@ def _infeasible(
     possible: _StepCounts,
     wishes: str,
     fits: Fits | None,
+    last_frame: float,
 ) -> InfeasibleWarpError:
     before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
     length, upsample, rate = (
@@ -573,14 +579,22 @@ def _infeasible(
         reduction.rate,
     )
 
-    def frames(steps: int) -> str:
-        return f"{steps + 1} frames ({steps / rate:.2f} s)"
+    # Where there is no keytime between the ends, the length is what can be changed; it counts the last frame.
+    whole = len(reduction.keytimes) == 2 and last_frame > 0
+
+    def asked(steps: int, rounded: Callable[[float], int]) -> str:
+        if not whole:
+            return f"{rounded(round(1000 * steps / rate, 6)) / 1000:g} s"
+        n_frames = rounded(round(steps / (rate * last_frame), 6)) + 1
+        return f"{n_frames}f ({n_frames * last_frame:.3f} s)"
 
     least, most = wanted
+    seconds = most / rate if reduction.free else after.output_time - before.output_time
+    seconds += last_frame if whole else 0.0
     into = f"{most + 1} output frames" if least == most else f"{least + 1} to {most + 1} output frames"
     where = (
         f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s ({length + 1} frames at the analysis rate) "
-        f"into {into} ({most / rate:.2f} s)"
+        f"into {into} ({seconds:.2f} s)"
     )
     values: _Values = {
         "span": span,
@@ -595,17 +609,18 @@ def _infeasible(
     fewer, more = possible.below(least), possible.above(most)
     if fewer is None:
         assert more is not None
-        remedy = f"at least {frames(more)}"
+        remedy = f"at least {asked(more, math.ceil)}"
         # A span may hold too few frames for any path of that length, or its steps may be too short.
         finer = False
     elif more is None:
-        remedy = f"at most {frames(fewer)}"
+        remedy = f"at most {asked(fewer, math.floor)}"
         finer = True
     else:
-        remedy = f"{fewer + 1} or {frames(more)}"
+        remedy = f"{asked(fewer, round)} or {asked(more, round)}"
         finer = False
     option = None if fits is None else _better_limits(upsample, max_skip, (least, most), length, finer, fits)
-    offered = [f"Use {remedy}", *([option] if option else []), *([f"loosen {wishes}"] if wishes else [])]
+    use = f"Use a length of {remedy}" if whole else f"Put these keytimes {remedy} apart"
+    offered = [use, *([option] if option else []), *([f"loosen {wishes}"] if wishes else [])]
     return InfeasibleWarpError(
         f"{where}: {limits} allow {possible.least + 1} to {possible.most + 1}. {', or '.join(offered)}.",
         **values,

@@ -10,7 +10,9 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import warnings
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -117,9 +119,33 @@ class Warp:
         return float(self.output_times[-1])
 
     @property
-    def output_duration(self) -> float:
-        """Seconds of output between the first knot and the last."""
+    def output_span(self) -> float:
+        """Seconds of output between the first knot and the last.
+
+        Not the length of a clip: that counts the last frame too, which is shown for a frame period (`count_frames`).
+        """
         return self.output_end - self.output_start
+
+    @property
+    def output_duration(self) -> float:
+        """Deprecated: `output_span` under a name that was taken for the length of a clip."""
+        warnings.warn("Warp.output_duration is now Warp.output_span", DeprecationWarning, stacklevel=2)
+        return self.output_span
+
+    def count_frames(self, rate: float | Fraction) -> int:
+        """Count the frames that a clip gets by this warp; its length is so many periods of `rate`.
+
+        Parameters
+        ----------
+        rate : float or Fraction
+            Of the clip, Hz.
+
+        Examples
+        --------
+        >>> Warp([0.0, 479 / 60], [0.0, 12.0]).count_frames(60) / 60
+        8.0
+        """
+        return max(1, round(self.output_span * float(rate)) + 1)
 
     @property
     def slopes(self) -> FloatArray:
@@ -213,7 +239,7 @@ class Warp:
         inner = np.unique(kept[(kept > start) & (kept < end)])
         wanted = self.output_times if at is None else np.asarray(at, dtype=np.float64)
         times = add_times(np.concatenate([[start], inner, [end]]), wanted[(wanted > start) & (wanted < end)])
-        half = np.full(len(times), min(window, self.output_duration) / 2)
+        half = np.full(len(times), min(window, self.output_span) / 2)
         fixed = np.concatenate([[start], inner, [end]]) if loop else inner
         if len(fixed):
             later = np.clip(np.searchsorted(fixed, times), 0, len(fixed) - 1)

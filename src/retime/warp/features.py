@@ -299,8 +299,8 @@ class Track:
     _passed: dict[float, FloatArray] = field(default_factory=dict, init=False, repr=False)
 
     @property
-    def duration(self) -> float:
-        """Seconds from the first frame to the last."""
+    def end_time(self) -> float:
+        """Time of the last frame, seconds."""
         return float((len(self.vectors) - 1) / self.rate)
 
     def at(self, times: ArrayLike, cutoff: float) -> FloatArray:

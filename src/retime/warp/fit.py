@@ -28,8 +28,10 @@ class Wishes:
 
     Attributes
     ----------
-    duration : float
-        Seconds from the first input frame to the last.
+    input_end : float
+        Time of the last input frame, seconds.
+    last_frame : float
+        How long the last output frame is shown, seconds: a frame period of the clip. A length counts it.
     locks : tuple of Lock
         Spans of the input at given speeds.
     tangents : tuple of float
@@ -38,7 +40,8 @@ class Wishes:
         Playback speeds for the whole clip.
     """
 
-    duration: float
+    input_end: float
+    last_frame: float
     locks: tuple[Lock, ...]
     tangents: tuple[float, ...]
     slowest: float
@@ -56,7 +59,7 @@ class Wishes:
 
     def locked(self, reduction: Reduction, max_skip: int) -> tuple[LockedSpan, ...]:
         """Find the unrolled frames that locks bind."""
-        return control.locked_spans(reduction, max_skip, self.duration, self.locks)
+        return control.locked_spans(reduction, max_skip, self.input_end, self.locks)
 
     def allowed(self, reduction: Reduction, max_skip: int) -> BoolArray:
         """Say which steps the search may take, shape (n_input, max_skip)."""
@@ -117,12 +120,14 @@ def reduce_to_fit(
     chosen: Upsamples = choose_upsamples(keytimes, wishes, itself=itself, loop=loop) if upsample is None else upsample
 
     def reduced(upsample: Upsamples) -> Reduction:
-        return reduce_to_compression(keytimes, wishes.duration, rate=rate, upsample=upsample)
+        return reduce_to_compression(keytimes, wishes.input_end, rate=rate, upsample=upsample)
 
     def check(upsample: Upsamples, max_skip: int, **more: Any) -> None:
         reduction = reduced(upsample)
         n_output = counts(reduction) if reduction.free else None
-        control.check_counts(reduction, wishes.allowed(reduction, max_skip), n_output=n_output, **more)
+        control.check_counts(
+            reduction, wishes.allowed(reduction, max_skip), n_output=n_output, last_frame=wishes.last_frame, **more
+        )
 
     def stuck(upsample: Upsamples, max_skip: int) -> int | None:
         """Return a span that can't be crossed, -1 for another obstacle, None where all keytimes can be met."""
@@ -174,7 +179,7 @@ def reduce_to_fit(
 
 def choose_upsamples(keytimes: Sequence[Keytime], wishes: Wishes, *, itself: bool, loop: bool) -> tuple[int, ...]:
     """1 where the input moves like itself and a span gets no longer; else 4, 8, or what the mean speed asks for."""
-    usual = _QUARTERS if itself else usual_upsample(wishes.duration)
+    usual = _QUARTERS if itself else usual_upsample(wishes.input_end)
     slower = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents]) < 1
     limit = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
     chosen = []
@@ -210,9 +215,9 @@ def choose_max_skip(reduction: Reduction, wishes: Wishes, *, itself: bool) -> in
     return max(usual, ample, math.ceil(wanted - 1e-6))
 
 
-def usual_upsample(duration: float) -> int:
+def usual_upsample(input_end: float) -> int:
     """Return the frames offered per analysis period where an input of some seconds moves like another."""
-    return _EIGHTHS if duration <= _EIGHTHS_UP_TO else _QUARTERS
+    return _EIGHTHS if input_end <= _EIGHTHS_UP_TO else _QUARTERS
 
 
 def _ample(mean: float, dear: int) -> int:

@@ -79,10 +79,11 @@ def imitate(
     stretch = motion.frames(start, stop)
     near = 0.5 / float(motion.rate)
     low, high = float(hand.input_times.min()), float(hand.input_times.max())
-    if low < -near or high > stretch.duration + near:
+    if low < -near or high > stretch.end_time + near:
         raise OptionError(
             f"the warp made by hand shows input times {low:g} to {high:g} s, but its example (frames {start} to "
-            f"{stop - 1}) lasts {stretch.duration:g} s: name the frames that it was made for, counted from their first"
+            f"{stop - 1}) has its last one at {stretch.end_time:g} s: name the frames that it was made for, counted "
+            "from their first"
         )
     shown = replace(stretch, name=f"{motion.name or 'the clip'} by hand")
     retimed: Motion | Signal
@@ -92,16 +93,16 @@ def imitate(
     else:
         retimed = apply_warp(shown, hand, average=False)
     if length == "free" and all(options.get(name) in (None, (), []) for name in _BOUND_SPEEDS):
-        options |= _room_for(hand, motion.duration)
+        options |= _room_for(hand, motion.end_time)
     return guided_warp(motion, reference=Reference(retimed), length=length, **options)
 
 
-def _room_for(hand: Warp, duration: float) -> dict[str, int]:
+def _room_for(hand: Warp, input_end: float) -> dict[str, int]:
     """Choose upsample and max_skip so that the search can play as slow and as fast as the hand did, within reason."""
     speeds = np.abs(hand.slopes)
     moving = speeds[speeds > 1 / _MOST_UPSAMPLE]
     slowest, fastest = (float(moving.min()), float(moving.max())) if len(moving) else (1.0, 1.0)
-    upsample = max(usual_upsample(duration), math.ceil(1 / slowest - 1e-9))
+    upsample = max(usual_upsample(input_end), math.ceil(1 / slowest - 1e-9))
     return {
         "upsample": upsample,
         "max_skip": min(_MOST_SKIP, max(DEFAULT_MAX_SKIP, upsample, math.ceil(fastest * upsample - 1e-9))),

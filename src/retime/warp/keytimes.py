@@ -157,26 +157,26 @@ def as_keytimes(
         pairs.append(Keytime(0.0, 0.0))
     last = max(pairs)
     if length == "free":
-        if abs(last.input_time - motion.duration) < 1e-9:
+        if abs(last.input_time - motion.end_time) < 1e-9:
             raise OptionError(
                 f"the last keytime shows the clip's end at output time {last.output_time:g} s: nothing is left whose "
                 "length could be free",
                 option="length",
                 output_times=(last.output_time,),
             )
-        return (*_without_doubles(pairs), Keytime(math.inf, motion.duration))
+        return (*_without_doubles(pairs), Keytime(math.inf, motion.end_time))
     if length is not None:
         end = float((parse_length(length, motion.n_frames, rate) - 1) / rate)
         if last.output_time > end + 1e-9:
             raise OptionError(
-                f"a keytime stands at output time {last.output_time:g} s, beyond the output's end at {end:g} s",
+                f"a keytime stands at output time {last.output_time:g} s, beyond the output's last frame at {end:g} s",
                 option="keys",
                 output_times=(last.output_time,),
             )
     else:
-        end = last.output_time + (motion.duration - last.input_time)
+        end = last.output_time + (motion.end_time - last.input_time)
     if end > last.output_time + 1e-9:
-        pairs.append(Keytime(end, motion.duration))
+        pairs.append(Keytime(end, motion.end_time))
     return _without_doubles(pairs)
 
 
@@ -204,7 +204,7 @@ def _without_doubles(keytimes: Sequence[Keytime]) -> tuple[Keytime, ...]:
     return tuple(kept.values())
 
 
-def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytime, ...]:
+def check_keytimes(keytimes: Sequence[Keytime], input_end: float) -> tuple[Keytime, ...]:
     """Put keytimes in output order; refuse any that no warp of this input can meet.
 
     Raises
@@ -228,10 +228,10 @@ def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytim
             )
     for key in ordered:
         check_speed(key)
-        if not (key.output_time > -math.inf and -1e-9 <= key.input_time <= duration + 1e-9):
+        if not (key.output_time > -math.inf and -1e-9 <= key.input_time <= input_end + 1e-9):
             raise InfeasibleWarpError(
                 f"the keytime at output time {key.output_time:g} s asks for input time {key.input_time:g} s, but the "
-                f"input runs from 0 to {duration:g} s",
+                f"input runs from 0 to {input_end:g} s",
                 option="keys",
                 output_times=(key.output_time,),
             )
@@ -239,7 +239,7 @@ def check_keytimes(keytimes: Sequence[Keytime], duration: float) -> tuple[Keytim
 
 
 def reduce_to_compression(
-    keytimes: Sequence[Keytime], duration: float, *, rate: float, upsample: int | Sequence[int] = 1
+    keytimes: Sequence[Keytime], input_end: float, *, rate: float, upsample: int | Sequence[int] = 1
 ) -> Reduction:
     """Unroll the input along its keytimes at the analysis rate (§3.1).
 
@@ -252,8 +252,8 @@ def reduce_to_compression(
     keytimes : sequence of Keytime
         Ends included. Equal input times hold, decreasing ones run backward. An infinite output time of the last one
         leaves the length free.
-    duration : float
-        Seconds from the first input frame to the last.
+    input_end : float
+        Time of the last input frame, seconds.
     rate : float
         Analysis rate, Hz.
     upsample : int or sequence of int
@@ -266,7 +266,7 @@ def reduce_to_compression(
     OptionError
         `upsample` below 1, or more frames than anyone can wait for.
     """
-    ordered = check_keytimes(keytimes, duration)
+    ordered = check_keytimes(keytimes, input_end)
     n_spans = len(ordered) - 1
     upsamples = (upsample,) * n_spans if isinstance(upsample, int | np.integer) else tuple(upsample)
     if min(upsamples) < 1:
@@ -323,7 +323,7 @@ def reduce_to_compression(
         if one != other:
             grid = rate * max(one, other)
             input_times[frames[i]] = nearest_frame(ordered[i].input_time * grid) / grid
-    input_times = np.clip(input_times, 0.0, duration)
+    input_times = np.clip(input_times, 0.0, input_end)
     return Reduction(ordered, tuple(positions), tuple(frames), input_times, still, rate, upsamples, free)
 
 

@@ -101,9 +101,9 @@ class PoseTracks:
     matches: tuple[JointMatch | None, ...] = ()
 
     @property
-    def duration(self) -> float:
-        """Seconds that all clips last."""
-        return min(track.duration for track in self.tracks)
+    def end_time(self) -> float:
+        """Time of the last frame that all clips have, seconds."""
+        return min(track.end_time for track in self.tracks)
 
     @property
     def n_numbers(self) -> int:
@@ -117,7 +117,7 @@ class PoseTracks:
 
     def at_rate(self, rate: float, cutoff: float) -> FloatArray:
         """Read at `rate` Hz from the first frame to the last; shape (n_frames at that rate, n_numbers)."""
-        return self.at(np.arange(int(np.floor(self.duration * rate + 1e-6)) + 1) / rate, cutoff)
+        return self.at(np.arange(int(np.floor(self.end_time * rate + 1e-6)) + 1) / rate, cutoff)
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,10 +231,14 @@ def _as_group(motion: Clip | Sequence[Clip]) -> tuple[Clip, ...]:
 
 
 def _check_durations(clips: Sequence[Clip], whose: str, reference: int | None = None) -> None:
-    """Refuse a group whose clips don't last alike, within half a frame of the slowest."""
+    """Refuse a group whose clips don't last alike, within half a frame of the slowest.
+
+    At different rates clips may be as long as one another, or have their last frames at one time: either will do.
+    """
     shortest, longest = min(clips, key=lambda clip: clip.duration), max(clips, key=lambda clip: clip.duration)
+    ends = [clip.end_time for clip in clips]
     tolerance = 0.5 / float(min(clip.rate for clip in clips))
-    if longest.duration - shortest.duration > tolerance * (1 + 1e-9):
+    if min(longest.duration - shortest.duration, max(ends) - min(ends)) > tolerance * (1 + 1e-9):
         names = [f"{clip.name or f'clip {clips.index(clip)}'} {clip.duration:.3f} s" for clip in (shortest, longest)]
         raise OptionError(
             f"the clips of a group must last alike (within {tolerance:.3f} s); in {whose} are {names[0]} and "

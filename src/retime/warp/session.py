@@ -137,7 +137,7 @@ class Session:
             raise OptionError(
                 f"speed limits must be above 0, the slowest first; found {slowest:g} to {fastest:g}", option="speed"
             )
-        keytimes = check_keytimes(as_keytimes(self.motion, length, keys), self.motion.duration)
+        keytimes = check_keytimes(as_keytimes(self.motion, length, keys), self.motion.end_time)
         free = math.isinf(keytimes[-1].output_time)
         if (min_length is not None or max_length is not None) and not free:
             raise OptionError("bounds on the length need a free length (length='free')", option="length")
@@ -145,7 +145,8 @@ class Session:
             _check_loop(keytimes, search)
         bounds = self._length_bounds(min_length, max_length)
         wishes = Wishes(
-            self.motion.duration,
+            self.motion.end_time,
+            float(1 / self.motion.rate),
             tuple(locks),
             tuple(key.speed for key in keytimes if key.speed is not None),
             slowest,
@@ -446,7 +447,7 @@ def smooth_steps(steps: Warp, window: float, rate: float, *, keep: ArrayLike = (
 
     It stays as it is at the output times `keep`.
     """
-    n_knots = round(steps.output_duration * rate) + 1
+    n_knots = steps.count_frames(rate)
     times = np.append(steps.output_start + np.arange(n_knots - 1) / rate, steps.output_end)
     at = add_times(steps.output_times, times) if window == 0 else times
     return steps.smooth(window, at=at, keep=keep, loop=loop)

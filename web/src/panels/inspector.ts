@@ -8,6 +8,7 @@ import {
   deleteLock,
   findKey,
   keysInOrder,
+  lengthText,
   parseLength,
   parseRate,
   parseSpeed,
@@ -22,7 +23,7 @@ import type { Document } from "../messages";
 import { clamp } from "../scale";
 import type { Session } from "../session";
 import type { Companion, Store, Topic } from "../store";
-import { outputEnd, speedAt } from "../warp";
+import { speedAt } from "../warp";
 import { ClipPanel } from "./clips";
 import type { Dialogs } from "./dialogs";
 import { check, choice, slider, textField, type Field } from "./fields";
@@ -247,14 +248,8 @@ export class Inspector {
       slowest.show(options.slowest === null ? "" : String(options.slowest));
       fastest.show(options.fastest === null ? "" : String(options.fastest));
       loop.show(options.loop);
-      const { curve, inputDuration } = store;
-      const end = store.knots ? outputEnd(store.knots) : 0;
-      setText(
-        note,
-        curve && inputDuration > 0
-          ? `${end.toFixed(2)} s, ${curve.n_output} frames: ${((100 * end) / inputDuration).toFixed(0)} % of the input`
-          : "",
-      );
+      const { clip, curve } = store;
+      setText(note, clip && curve ? lengthText(curve.n_output, clip) : "");
     };
   }
 
@@ -263,8 +258,8 @@ export class Inspector {
     const add = make("button", { type: "button", class: "button bare", "aria-label": "Add lock at the playhead", title: "Lock a second around the playhead" }, icon("plus"));
     add.addEventListener("click", () => {
       const middle = store.playback.inputTime;
-      const start = clamp(middle - 0.5, 0, Math.max(0, store.inputDuration - 1));
-      const [document, id] = addLock(this.document, start, Math.min(start + 1, store.inputDuration));
+      const start = clamp(middle - 0.5, 0, Math.max(0, store.inputEnd - 1));
+      const [document, id] = addLock(this.document, start, Math.min(start + 1, store.inputEnd));
       session.edit(document, "add lock");
       store.select({ kind: "lock", id });
     });

@@ -136,7 +136,7 @@ export class ReferencePanel {
       if (!span || value === null) return false;
       const start = side === "start" ? value : span.start;
       const end = side === "end" ? value : span.end;
-      if (start < -1e-6 || end > span.duration + 1e-6 || end - start < 3 / span.clip.rate) return false;
+      if (start < -1e-6 || end > span.lastTime + 1e-6 || end - start < 3 / span.clip.rate) return false;
       session.edit(setReferenceRange(this.document, this.index, frameRange(span, start, end)), "choose reference range");
       return true;
     };

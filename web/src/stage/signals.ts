@@ -66,8 +66,8 @@ export class SignalView {
     // The left column ends where the stage's halves meet.
     const columnWidth = side ? width / 2 - LEFT - 12 : width - LEFT - 12;
     const leftOf = (column: number): number => (column === 0 ? LEFT : width / 2 + 12);
-    const duration = (clip.n_frames - 1) / clip.rate;
-    const identity: Knots = { outputTimes: Float64Array.of(0, duration), inputTimes: Float64Array.of(0, duration) };
+    const end = (clip.n_frames - 1) / clip.rate;
+    const identity: Knots = { outputTimes: Float64Array.of(0, end), inputTimes: Float64Array.of(0, end) };
     const companion = companionKnots ?? identity;
     const longest = Math.max(outputEnd(knots), outputEnd(companion));
     const { palette } = this.theme;

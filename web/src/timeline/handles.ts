@@ -113,7 +113,7 @@ export class Handles {
 
     const last = knots ? outputEnd(knots) : 0;
     const endX = outputX(layout, scales, last) - map.x + 14;
-    const endY = inputY(layout, scales, this.store.inputDuration);
+    const endY = inputY(layout, scales, this.store.inputEnd);
     // The end of a length that the search chooses is not one's own to drag; it becomes given where it is dragged.
     move(this.end, endX, clamp(endY, map.y, map.y + map.height), knots !== null && endX > 4 && endX < map.width + 23);
     describe(this.end, last, 0, 10 * Math.max(last, 1), `${last.toFixed(3)} s`);
@@ -135,10 +135,10 @@ export class Handles {
     const span = referenceSpan(this.store);
     this.range.forEach((handle, side) => {
       const time = span ? (side === 0 ? span.start : span.end) : 0;
-      const x = span ? toPixels({ from: 0, to: span.duration }, reference.width, time) + 14 : 0;
+      const x = span ? toPixels({ from: 0, to: span.lastTime }, reference.width, time) + 14 : 0;
       handle.style.height = `${reference.height}px`;
       move(handle, x, reference.y, span !== null);
-      describe(handle, time, 0, span?.duration ?? 0, `${time.toFixed(2)} s`);
+      describe(handle, time, 0, span?.lastTime ?? 0, `${time.toFixed(2)} s`);
     });
 
     const lockItems = [...document.locks];
@@ -172,7 +172,7 @@ export class Handles {
         move(edge, 2, side === 0 ? bottom : top, true);
         const time = side === 0 ? lock.start : lock.end;
         setAttribute(edge, "aria-label", `${side === 0 ? "Beginning" : "End"} of lock ${i + 1}`);
-        describe(edge, time, 0, this.store.inputDuration, `${time.toFixed(2)} s`);
+        describe(edge, time, 0, this.store.inputEnd, `${time.toFixed(2)} s`);
       });
     });
   }
@@ -232,9 +232,9 @@ export class Handles {
     this.session.edit(document, label, gesture, true, now);
   }
 
-  private room(): { inputDuration: number; rate: number; outputEnd: number } {
+  private room(): { inputEnd: number; rate: number; outputEnd: number } {
     const knots = this.store.knots;
-    return { inputDuration: this.store.inputDuration, rate: this.store.rate, outputEnd: knots ? outputEnd(knots) : 0 };
+    return { inputEnd: this.store.inputEnd, rate: this.store.rate, outputEnd: knots ? outputEnd(knots) : 0 };
   }
 
   private makeKey(made: Key): HTMLButtonElement {
@@ -377,9 +377,9 @@ export class Handles {
       const span = referenceSpan(store);
       if (!span || !store.document) return null;
       // A third of a second at least: less is no motion to imitate.
-      const least = Math.min(1 / 3, span.duration);
+      const least = Math.min(1 / 3, span.lastTime);
       const start = side === 0 ? clamp(time, 0, span.end - least) : span.start;
-      const end = side === 1 ? clamp(time, span.start + least, span.duration) : span.end;
+      const end = side === 1 ? clamp(time, span.start + least, span.lastTime) : span.end;
       return setReferenceRange(store.document, Math.max(span.source, 0), frameRange(span, start, end));
     };
     return this.slider(
@@ -388,7 +388,7 @@ export class Handles {
       () => {
         const span = referenceSpan(store);
         if (!span) return null;
-        const whole = { from: 0, to: span.duration };
+        const whole = { from: 0, to: span.lastTime };
         const start = toPixels(whole, this.layout.reference.width, side === 0 ? span.start : span.end);
         return this.gesture("choose reference range", (dx) => change(toValue(whole, this.layout.reference.width, start + dx)));
       },
@@ -410,7 +410,7 @@ export class Handles {
     const seconds = (dy: number): number => (-dy / this.layout.map.height) * (this.scales.input.to - this.scales.input.from);
     const choose = (): void => this.changeOf({ kind: "lock", id });
     const shifted = (lock: LockedTime, by: number, event?: PointerEvent): Document => {
-      const start = clamp(onFrame(lock.start + by, event), 0, store.inputDuration - (lock.end - lock.start));
+      const start = clamp(onFrame(lock.start + by, event), 0, store.inputEnd - (lock.end - lock.start));
       return changeLock(store.document as Document, id, { start, end: start + lock.end - lock.start });
     };
     const band = make("button", { type: "button", class: "handle band" });
@@ -438,7 +438,7 @@ export class Handles {
         const change =
           side === 0
             ? { start: clamp(time, 0, lock.end - frame) }
-            : { end: clamp(time, lock.start + frame, store.inputDuration) };
+            : { end: clamp(time, lock.start + frame, store.inputEnd) };
         return changeLock(store.document as Document, id, change);
       };
       const handle = this.slider(

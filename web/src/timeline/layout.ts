@@ -86,8 +86,8 @@ export function inside(box: Box, x: number, y: number): boolean {
 }
 
 /** All of the output, with room to pull its end out; and all that one may zoom out to. */
-export function wholeOutput(outputEnd: number, inputDuration: number): { home: View; whole: View } {
-  const longest = Math.max(outputEnd, inputDuration);
+export function wholeOutput(outputEnd: number, inputEnd: number): { home: View; whole: View } {
+  const longest = Math.max(outputEnd, inputEnd);
   return {
     home: { from: -0.012 * outputEnd, to: 1.06 * outputEnd },
     whole: { from: -0.02 * longest, to: 1.6 * longest },
@@ -108,8 +108,8 @@ export function speedView(speeds: ArrayLike<number>): View {
 }
 
 /** The input times to show so that what is in view of the map fills it. */
-export function inputView(low: number, high: number, duration: number): View {
-  const width = Math.max(high - low, 0.02 * duration, 1e-3);
+export function inputView(low: number, high: number, end: number): View {
+  const width = Math.max(high - low, 0.02 * end, 1e-3);
   const margin = 0.07 * width;
   const middle = (low + high) / 2;
   return { from: middle - width / 2 - margin, to: middle + width / 2 + margin };

@@ -85,7 +85,7 @@ export class Painter {
     const { pen, layout, scales, palette } = this;
     const { values, step } = ticks(scales.input, Math.max(2, Math.floor(layout.map.height / 34)));
     for (const value of values) {
-      if (value < -1e-9 || value > this.store.inputDuration + 1e-9) continue;
+      if (value < -1e-9 || value > this.store.inputEnd + 1e-9) continue;
       const y = Math.round(inputY(layout, scales, value));
       if (y < layout.map.y || y > layout.map.y + layout.map.height) continue;
       pen.fillStyle = palette.line;
@@ -300,7 +300,7 @@ export class Painter {
     const whole = referenceSpan(store);
     if (!whole) return;
     const box = referenceBox(layout);
-    const x = (time: number): number => box.x + toPixels({ from: 0, to: whole.duration }, box.width, time);
+    const x = (time: number): number => box.x + toPixels({ from: 0, to: whole.lastTime }, box.width, time);
     pen.fillStyle = palette.line;
     pen.fillRect(box.x, box.y, box.width, box.height);
     pen.fillStyle = palette.reference;
@@ -332,7 +332,7 @@ export class Painter {
     pen.fillStyle = palette.reference;
     for (const match of matchesAt(why, rowAt(why, time))) {
       if (match.source !== whole.source) continue;
-      const x = box.x + toPixels({ from: 0, to: whole.duration }, box.width, match.time + whole.offset);
+      const x = box.x + toPixels({ from: 0, to: whole.lastTime }, box.width, match.time + whole.offset);
       pen.fillRect(Math.round(x) - 1, box.y, 2, box.height);
     }
   }

@@ -9,8 +9,8 @@ export interface ReferenceSpan {
   /** Its place in the document; -1 where the document names none: then it is the clip itself. */
   readonly source: number;
   readonly clip: Clip;
-  /** Seconds of all of it. */
-  readonly duration: number;
+  /** Time of its last frame, used or not, seconds. */
+  readonly lastTime: number;
   /** What of it is imitated. */
   readonly start: number;
   readonly end: number;
@@ -25,22 +25,22 @@ export function referenceSpan(store: Store, index = store.reference): ReferenceS
   const own = store.clip;
   if (!own || !store.document || own.n_frames < 2) return null;
   if (store.document.references.length === 0) {
-    const duration = (own.n_frames - 1) / own.rate;
-    return { source: -1, clip: own, duration, start: 0, end: duration, offset: 0, firstFrame: own.first_frame };
+    const lastTime = (own.n_frames - 1) / own.rate;
+    return { source: -1, clip: own, lastTime, start: 0, end: lastTime, offset: 0, firstFrame: own.first_frame };
   }
   const clip = store.references[index];
   if (!clip) return null;
   const file = store.document.references[index];
-  const duration = (clip.n_whole - 1) / clip.rate;
+  const lastTime = (clip.n_whole - 1) / clip.rate;
   const firstFrame = clip.first_frame - Math.round(clip.start_time * clip.rate);
   // What the document says goes with the hand; the clip comes after it.
-  const seconds = (frame: number): number => clamp((frame - firstFrame) / clip.rate, 0, duration);
+  const seconds = (frame: number): number => clamp((frame - firstFrame) / clip.rate, 0, lastTime);
   return {
     source: index,
     clip,
-    duration,
+    lastTime,
     start: typeof file?.first_frame === "number" ? seconds(file.first_frame) : 0,
-    end: typeof file?.last_frame === "number" ? seconds(file.last_frame) : duration,
+    end: typeof file?.last_frame === "number" ? seconds(file.last_frame) : lastTime,
     offset: clip.start_time,
     firstFrame,
   };
@@ -50,7 +50,7 @@ export function referenceSpan(store: Store, index = store.reference): ReferenceS
 export function frameRange(span: ReferenceSpan, start: number, end: number): { first: number; last: number } | null {
   const frame = (seconds: number): number => Math.round(seconds * span.clip.rate) + span.firstFrame;
   const [first, last] = [frame(start), frame(end)];
-  return first === span.firstFrame && last === frame(span.duration) ? null : { first, last };
+  return first === span.firstFrame && last === frame(span.lastTime) ? null : { first, last };
 }
 
 /** What to call the references: those that are one name's are told apart by what of them is used. */

@@ -150,7 +150,7 @@ export class Timeline {
 
   private zoomAbout(factor: number, about: number): void {
     const end = this.store.knots ? outputEnd(this.store.knots) : 1;
-    const { home, whole } = wholeOutput(end, this.store.inputDuration);
+    const { home, whole } = wholeOutput(end, this.store.inputEnd);
     this.zoom = zoomed(this.zoom ?? home, whole, factor, about, 6 / this.store.rate);
     this.store.touch("view");
   }
@@ -159,16 +159,16 @@ export class Timeline {
     const { store } = this;
     const knots = store.knots;
     if (!knots || store.dragging) return;
-    const { home, whole } = wholeOutput(outputEnd(knots), store.inputDuration);
+    const { home, whole } = wholeOutput(outputEnd(knots), store.inputEnd);
     const output = this.zoom ? within(this.zoom, whole) : home;
     const speed = speedView(store.curve ? slopes(knots) : []);
-    let input = inputView(0, store.inputDuration, store.inputDuration);
+    let input = inputView(0, store.inputEnd, store.inputEnd);
     if (this.zoom) {
       const times = [inputAt(knots, output.from), inputAt(knots, output.to)];
       for (const key of store.document?.keys ?? []) {
         if (key.output_time >= output.from && key.output_time <= output.to) times.push(key.input_time);
       }
-      input = inputView(Math.min(...times), Math.max(...times), store.inputDuration);
+      input = inputView(Math.min(...times), Math.max(...times), store.inputEnd);
     }
     const same = (a: View, b: View): boolean => a.from === b.from && a.to === b.to;
     const { scales } = this;
@@ -258,7 +258,7 @@ export class Timeline {
 
   private panBy(pixels: number): void {
     if (!this.store.knots) return;
-    const { home, whole } = wholeOutput(outputEnd(this.store.knots), this.store.inputDuration);
+    const { home, whole } = wholeOutput(outputEnd(this.store.knots), this.store.inputEnd);
     const view = this.zoom ?? home;
     this.zoom = panned(view, whole, (pixels / this.layout.map.width) * (view.to - view.from));
     this.store.touch("view");
@@ -290,7 +290,7 @@ export class Timeline {
         store.dragging = true;
         const to = snapped(inputTimeAt(this.layout, this.scales, startY + dy), store.rate);
         const start = Math.max(0, Math.min(from, to));
-        const end = Math.min(store.inputDuration, Math.max(from, to));
+        const end = Math.min(store.inputEnd, Math.max(from, to));
         if (end - start < 2 / store.rate) return;
         [latest, id] = addLock(before, start, end);
         session.edit(latest, "add lock", gesture, false);
