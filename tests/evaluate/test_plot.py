@@ -35,6 +35,10 @@ def axes_of(figure: Figure, label: str) -> Axes:
     return found
 
 
+def strip_of(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.get_label().startswith("strip ")]
+
+
 def line_of(axes: Axes, label: str) -> Line2D:
     (found,) = [line for line in axes.lines if line.get_label() == label]
     return found
@@ -128,7 +132,7 @@ class TestSpeeds:
 
     def test_flights_are_shaded_around_each_warps_own_speed_at_its_own_times(self) -> None:
         motion = jumper(lead=1.0, rest=1.0)
-        twice = linear_warp([Keytime(0, 0), Keytime(motion.duration / 2, motion.duration)])
+        twice = linear_warp([Keytime(0, 0), Keytime(motion.end_time / 2, motion.end_time)])
         figure = plot_warps({"half": twice, "kept": keeping_flight(motion, 0.65)}, motion=motion)
         half, kept = [p for p in axes_of(figure, "speed").patches if p.get_label() == "_flights"]
         for ribbon, warp_speed, row in ((half, 2.0, "strip half"), (kept, 1.0, "strip kept")):
@@ -145,14 +149,19 @@ class TestMap:
         np.testing.assert_array_equal(line.get_ydata(), LINEAR.input_times)
         assert (time_map.get_xlabel(), time_map.get_ylabel()) == ("output time (s)", "input time (s)")
 
-    def test_keytimes_are_marked_in_both_panels(self) -> None:
+    def test_keytimes_are_marked_in_the_map_and_above_the_speeds(self) -> None:
         figure = plot_warps([LINEAR, Warp(np.array([0.0, 3.0]), np.array([0.0, 4.0]), (Keytime(2.0, 2.5),))])
         marks = line_of(axes_of(figure, "map"), "_keytimes")
         expected = sorted([*KEYS, Keytime(2.0, 2.5)])
         assert list(marks.get_xdata()) == [key.output_time for key in expected]
         assert list(marks.get_ydata()) == [key.input_time for key in expected]
         speed = axes_of(figure, "speed")
-        assert list(line_of(speed, "_keytimes").get_xdata()) == [0.0, 1.0, 2.0, 3.0]
+        keys = axes_of(figure, "keys")
+        assert list(line_of(keys, "_keytimes").get_xdata()) == [0.0, 1.0, 2.0, 3.0]
+        # A keytime has no speed: no mark stands among the speeds, and the lane's times are those below it.
+        assert all(line.get_marker() in ("None", "", None) for line in speed.lines)
+        assert keys.get_xlim() == speed.get_xlim()
+        assert keys.get_position().y0 >= speed.get_position().y1 - 1e-9
         # The ends have the panel's own edges for lines.
         assert [line.get_xdata()[0] for line in speed.lines if line.get_label() == "_key line"] == [1.0, 2.0]
 
@@ -204,29 +213,29 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def figure(motion: Motion) -> Figure:
-    length = 0.65 * motion.duration
-    linear = linear_warp([Keytime(0, 0), Keytime(length, motion.duration)])
+    length = 0.65 * motion.end_time
+    linear = linear_warp([Keytime(0, 0), Keytime(length, motion.end_time)])
     return plot_warps({"linear": linear, "guided": keeping_flight(motion, 0.65)}, motion=motion)
 
 
 class TestStrip:
     def test_there_is_a_row_for_the_input_and_one_for_each_warp(self, figure: Figure) -> None:
         labels = [axes.get_label() for axes in figure.axes]
-        assert labels == ["speed", "map", "strip input", "strip linear", "strip guided"]
+        assert labels == ["speed", "keys", "map", "strip input", "strip linear", "strip guided"]
         assert figure.axes[-1].get_xlabel() == "output time (s)"
 
     def test_all_rows_have_the_same_seconds_a_centimetre(self, figure: Figure) -> None:
-        rows = figure.axes[2:]
+        rows = strip_of(figure)
         assert len({row.get_xlim() for row in rows}) == 1
         assert len({(row.get_position().x0, row.get_position().x1) for row in rows}) == 1
 
     def test_all_poses_stand_at_even_output_times(self, figure: Figure) -> None:
-        steps = np.concatenate([np.diff(heads_of(row)[:, 0]) for row in figure.axes[2:]])
+        steps = np.concatenate([np.diff(heads_of(row)[:, 0]) for row in strip_of(figure)])
         np.testing.assert_allclose(steps, steps[0])
 
     def test_the_jump_takes_as_many_poses_where_it_is_kept_and_fewer_in_linear(self, figure: Figure) -> None:
         counts, durations = [], []
-        for row in figure.axes[2:]:
+        for row in strip_of(figure):
             ((start, stop),) = shaded(row)
             times = heads_of(row)[:, 0]
             counts.append(int(np.sum((times >= start) & (times <= stop))))
@@ -238,7 +247,7 @@ class TestStrip:
         assert durations[1] == pytest.approx(0.65 * durations[0])
 
     def test_poses_in_flight_have_their_own_colour(self, figure: Figure) -> None:
-        for row in figure.axes[2:]:
+        for row in strip_of(figure):
             ((start, stop),) = shaded(row)
             heads = [line for line in row.lines if line.get_label() == "_head"]
             aloft = {to_rgb(line.get_color()) for line in heads if start <= line.get_xdata()[0] <= stop}
@@ -274,7 +283,7 @@ class TestStrip:
     @pytest.mark.parametrize("n_frames", [1, 2, 5])
     def test_a_few_frames_have_a_strip(self, n_frames: int, tmp_path: Path) -> None:
         motion = jumper(lead=1.0, rest=1.0).frames(10, 10 + n_frames)
-        warp = Warp(np.array([0.0, 0.1]), np.array([0.0, motion.duration]))
+        warp = Warp(np.array([0.0, 0.1]), np.array([0.0, motion.end_time]))
         plot_warps([warp], motion=motion, path=tmp_path / "short.svg")
         ElementTree.parse(tmp_path / "short.svg")
 
@@ -420,11 +429,11 @@ def test_on_a_real_jump_the_guided_row_has_as_many_poses_as_the_input(clip: str,
     warps = {"linear": linear_warp(keytimes), "guided": guided_warp(motion, length=length).warp}
     figure = plot_warps(warps, motion=motion)
     durations, counts = [], []
-    for row in figure.axes[2:]:
+    for row in strip_of(figure):
         start, stop = max(shaded(row), key=lambda times: times[1] - times[0])
         durations.append(stop - start)
         counts.append(sum(start <= line.get_xdata()[0] <= stop for line in row.lines if line.get_label() == "_head"))
     assert durations[2] == pytest.approx(durations[0], abs=0.02)
     assert abs(durations[1] - durations[0]) > 0.1 * durations[0]
-    texts = [next(text for text in texts_of(row) if "pose" in text) for row in (figure.axes[2], figure.axes[4])]
+    texts = [next(text for text in texts_of(row) if "pose" in text) for row in strip_of(figure)[::2]]
     assert texts[0] == texts[1]

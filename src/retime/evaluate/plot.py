@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retime.errors import FormatError, MissingExtraError, OptionError
-from retime.evaluate.plot_panels import draw_map, draw_speed, draw_strip
+from retime.evaluate.plot_panels import draw_keys, draw_map, draw_speed, draw_strip
 from retime.evaluate.plot_reasons import draw_reasons, most_score, reasons_height
 from retime.evaluate.plot_style import GREY, STYLE, pens_for, shown
 from retime.evaluate.strip import DEFAULT_N_POSES, Strip, flight_times, plan_strip
@@ -36,6 +36,8 @@ _ROW_HEIGHT, _ROW_GAP = 1.15, 0.1
 _BELOW = 0.62
 # Between the speeds and the reasons below them, for the heading of the latter.
 _REASONS_GAP = 0.36
+# Above the speeds, for the keytimes.
+_KEYS_HEIGHT, _KEYS_GAP = 0.17, 0.08
 _PNG_DPI = 200
 
 
@@ -57,6 +59,8 @@ def plot_warps(
     pieces have no place on such an axis: a hold is a bar at the foot of the panel, a backward piece is dotted with
     arrowheads at its absolute speed, and both say so. Speeds beyond the axis run along its edge, with the farthest one
     in numbers.
+
+    Above the speeds a lane of diamonds says when keytimes stand: they have a time, and no speed.
 
     The *reasons* stand below the speeds where an `explanation` is given: the score of each output frame, dark where it
     is unlike the reference, and in a lane of its own each thing that was binding (keytimes, tangents, locks, holds, the
@@ -96,7 +100,7 @@ def plot_warps(
     -------
     matplotlib.figure.Figure
         The picture, with no window and no part in pyplot. Its axes are labelled ``speed``,
-        ``reasons``, ``map``, and ``strip`` with the name of the row.
+        ``keys`` (where there are keytimes), ``reasons``, ``map``, and ``strip`` with the name of the row.
 
     Raises
     ------
@@ -238,8 +242,11 @@ def _draw(
 
     speed_width = _WIDTH - _LEFT - _RIGHT - _MAP_WIDTH - 0.85
     write("Playback speed", _LEFT, _TOP - 0.12, **heading)
-    speed = place(_LEFT, _TOP, speed_width, _CURVES_HEIGHT, "speed")
-    draw_speed(speed, warps, pens, found, keytimes)
+    keys_height = _KEYS_HEIGHT + _KEYS_GAP if keytimes else 0.0
+    speed = place(_LEFT, _TOP + keys_height, speed_width, _CURVES_HEIGHT - keys_height, "speed")
+    draw_speed(speed, warps, pens, found, keytimes, above=keys_height / (_CURVES_HEIGHT - keys_height))
+    if keytimes:
+        draw_keys(place(_LEFT, _TOP, speed_width, _KEYS_HEIGHT, "keys"), keytimes, speed.get_xlim())
     if explanation is not None:
         # One axis of time serves both.
         speed.set_xlabel("")
@@ -287,6 +294,11 @@ def _brief(seconds: float) -> str:
 
 def _summary(warps: Mapping[str, Warp], motion: Motion | Signal | None, flights: bool) -> str:
     parts = [] if motion is None else [f"input {_brief(motion.duration)} s"]
-    parts += [f"{shown(label, 24)} {_brief(warp.output_duration)} s" for label, warp in warps.items()]
+    for label, warp in warps.items():
+        # A warp has no frames: how long its output is shown, the last frame included, is known with a clip only.
+        if motion is None:
+            parts.append(f"{shown(label, 24)} ends at {_brief(warp.output_end)} s")
+        else:
+            parts.append(f"{shown(label, 24)} {_brief(warp.count_frames(motion.rate) / float(motion.rate))} s")
     text = ", ".join(parts[:6]) + (", …" if len(parts) > 6 else "")
     return text + (".  Shaded: in flight, where the body falls freely and touches nothing." if flights else ".")

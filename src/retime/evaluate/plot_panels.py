@@ -70,8 +70,10 @@ def stretches(warp: Warp, pieces: np.ndarray) -> list[tuple[float, float]]:
     return [(float(warp.output_times[a]), float(warp.output_times[b])) for a, b in edges.reshape(-1, 2)]
 
 
-def draw_speed(axes: Axes, warps: Warps, pens: Pens, flights: Times, keytimes: Sequence[Keytime]) -> None:
-    """Playback speed over output time, on a log axis."""
+def draw_speed(
+    axes: Axes, warps: Warps, pens: Pens, flights: Times, keytimes: Sequence[Keytime], *, above: float
+) -> None:
+    """Playback speed over output time, on a log axis; the legend leaves `above` free, a share of the panel's height."""
     start = min(warp.output_start for warp in warps.values())
     end = max(warp.output_end for warp in warps.values())
     axes.set_yscale("log")
@@ -95,7 +97,7 @@ def draw_speed(axes: Axes, warps: Warps, pens: Pens, flights: Times, keytimes: S
         lines[:6],
         [shown(label, 18, legend=True) for label in warps][:6],
         loc="lower right",
-        bbox_to_anchor=(1.01, 1.005),
+        bbox_to_anchor=(1.01, 1.005 + above),
         ncols=6,
         frameon=False,
         handlelength=3.4,
@@ -191,9 +193,16 @@ def _draw_key_lines(axes: Axes, keytimes: Sequence[Keytime], start: float, end: 
             axes.axvline(
                 key.output_time, color=style.GREY, linewidth=0.8, linestyle=(0, (1, 2)), zorder=1, label="_key line"
             )
-    if keytimes:
-        top = [SPEED_LIMITS[1]] * len(keytimes)
-        axes.plot([key.output_time for key in keytimes], top, label="_keytimes", **style.KEY_MARKS)
+
+
+def draw_keys(axes: Axes, keytimes: Sequence[Keytime], limits: tuple[float, float]) -> None:
+    """Mark when keytimes stand, in a lane of their own: they have no speed, so no place among speeds."""
+    times = [key.output_time for key in keytimes if limits[0] <= key.output_time <= limits[1]]
+    axes.axhline(0.0, color=style.PALE, linewidth=0.7, zorder=1)
+    axes.plot(times, [0.0] * len(times), label="_keytimes", **style.KEY_MARKS)
+    axes.set(xlim=limits, ylim=(-1.0, 1.0))
+    axes.set_axis_off()
+    axes.text(-0.012, 0.5, "keys", transform=axes.transAxes, ha="right", va="center", color=style.GREY, fontsize=8.5)
 
 
 def draw_map(axes: Axes, warps: Warps, pens: Pens, flights: Times, keytimes: Sequence[Keytime]) -> None:
@@ -224,7 +233,7 @@ def draw_strip(rows: Sequence[Axes], strip: Strip, motion: Motion | Signal, *, s
     seconds = (strip.right - strip.left) / (size[0] - (0.7 if figures else 0.0))
     pad = 0.35 * seconds if figures else 0.0
     for axes, row in zip(rows, strip.rows, strict=True):
-        _prepare_row(axes, row, strip, labelled=axes is rows[-1])
+        _prepare_row(axes, row, strip, float(motion.rate), labelled=axes is rows[-1])
         axes.set_xlim(strip.left - pad, strip.right + pad)
     if isinstance(motion, Motion):
         _draw_poses(rows, strip, motion, size[1], seconds)
@@ -238,7 +247,7 @@ def draw_strip(rows: Sequence[Axes], strip: Strip, motion: Motion | Signal, *, s
         rows[-1].set_xlabel(f"output time from where the input is at {strip.anchor:.2f} s (s)")
 
 
-def _prepare_row(axes: Axes, row: Row, strip: Strip, *, labelled: bool) -> None:
+def _prepare_row(axes: Axes, row: Row, strip: Strip, rate: float, *, labelled: bool) -> None:
     for spine in axes.spines.values():
         spine.set_visible(False)
     axes.patch.set_visible(False)
@@ -248,8 +257,8 @@ def _prepare_row(axes: Axes, row: Row, strip: Strip, *, labelled: bool) -> None:
     name: dict[str, Any] = {"transform": axes.transAxes, "ha": "right", "parse_math": False}
     words = "\n".join(textwrap.wrap(shown(row.label, 20), 11))
     axes.text(-0.01, 0.45, words, va="bottom", fontweight="bold", fontsize=10.5 if "\n" not in words else 9.5, **name)
-    duration = f"{row.warp.output_duration:.2f} s"
-    span = f"{row.start:.2f}–{row.stop:.2f}\nof {duration}" if strip.aligned else duration
+    length = f"{row.warp.count_frames(rate) / rate:.2f} s"
+    span = f"{row.start:.2f}–{row.stop:.2f}\nof {length}" if strip.aligned else length
     axes.text(-0.01, 0.42, span, va="top", color=style.GREY, fontsize=8.5, linespacing=1.3, **name)
 
 
@@ -280,7 +289,7 @@ def _draw_flights(axes: Axes, row: Row, strip: Strip, seconds: float) -> None:
         if left >= right:
             continue
         axes.axvspan(left, right, color=style.FLIGHT, linewidth=0, zorder=0.8, label="_flight")
-        # A flight that the strip's end cuts off would be labelled with a duration that is not seen.
+        # A flight that the strip's end cuts off would be labelled with a time that is not seen.
         if left > a - row.origin or right < b - row.origin:
             continue
         n_poses = row.poses_in((a, b))
