@@ -55,7 +55,7 @@ def test_joints_below_a_foot_may_come_before_or_after_the_rest(order: str) -> No
     # The heel leaves the ground before the toes do.
     at_rest = np.repeat([[True, True], [False, True], [False, False], [True, True]], (8, 5, 9, 8), axis=0)
     standing = Contacts((Foot(names.index("Foot")), Foot(names.index("Toe"))), at_rest, motion.rate)
-    warp = Warp([0.0, 0.3, 0.5], [0.0, 0.6, motion.duration])
+    warp = Warp([0.0, 0.3, 0.5], [0.0, 0.6, motion.end_time])
     assert_is_the_definition(apply_warp(motion, warp, contacts=standing), motion, warp, standing)
 
 
