@@ -67,7 +67,7 @@ def test_length_keys_and_control_are_those_of_warp(run, clips, tmp_path) -> None
         (["--warp", "hand.json"], 2, "--example"),
         (["--example", "30", "--warp", "hand.json"], 2, "1:1980"),
         (["--example", "0:99", "--warp", "hand.json"], 2, "0:59"),
-        (["--example", "0:9", "--warp", "hand.json"], 2, "lasts 0.3 s"),
+        (["--example", "0:9", "--warp", "hand.json"], 2, "has its last one at 0.3 s"),
         (["--example", "0:29", "--warp", "{clip}"], 1, "camera.csv"),
         (["--example", "0:29", "--warp", "hand.json", "--save", "hand.json", "--force"], 2, "never overwritten"),
         (["--example", "0:29", "--warp", "hand.json", "--mirror"], 2, "--mirror"),
