@@ -10,7 +10,15 @@ from retime import Keytime, Warp, write_warp
 @pytest.fixture
 def warps(tmp_path):
     """Save two warps, and one of the same name in another folder."""
-    write_warp(Warp([0.0, 2.0], [0.0, 4.0], (Keytime(0.0, 0.0), Keytime(2.0, 4.0)), "linear"), tmp_path / "even.json")
+    write_warp(
+        Warp(
+            [0.0, 2.0],
+            [0.0, 4.0],
+            (Keytime(input_time=0.0, output_time=0.0), Keytime(input_time=4.0, output_time=2.0)),
+            "linear",
+        ),
+        tmp_path / "even.json",
+    )
     write_warp(Warp([0.0, 1.0, 2.0], [0.0, 1.0, 4.0], method="guided"), tmp_path / "late.json")
     (tmp_path / "b").mkdir()
     write_warp(Warp([0.0, 3.0], [0.0, 4.0]), tmp_path / "b" / "even.json")

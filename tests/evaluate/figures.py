@@ -45,11 +45,11 @@ def keeping_flight(motion: Motion, share: float) -> Warp:
     flight = stop - start
     length = share * motion.end_time
     speed = (motion.end_time - flight) / (length - flight)
-    end = Keytime(length, motion.end_time)
+    end = Keytime(input_time=motion.end_time, output_time=length)
     return Warp(
         np.array([0.0, start / speed, start / speed + flight, length]),
         np.array([0.0, start, stop, motion.end_time]),
-        (Keytime(0.0, 0.0), end),
+        (Keytime(input_time=0.0, output_time=0.0), end),
         method="guided",
     )
 

@@ -259,7 +259,29 @@ def test_a_hold_is_passed_in_its_middle() -> None:
 
 def test_keytimes_are_met_or_missed_by_seconds() -> None:
     warp = Warp([0.0, 2.0], [0.0, 4.0])
-    met = match_keytimes(warp, [Keytime(0.0, 0.0), Keytime(1.0, 2.0), Keytime(2.0, 4.0)])
+    met = match_keytimes(
+        warp,
+        [
+            Keytime(input_time=0.0, output_time=0.0),
+            Keytime(input_time=2.0, output_time=1.0),
+            Keytime(input_time=4.0, output_time=2.0),
+        ],
+    )
     assert (met.n_keytimes, met.largest_error) == (3, 0.0)
-    assert match_keytimes(warp, [Keytime(0.0, 0.0), Keytime(1.0, 2.5), Keytime(2.0, 4.0)]).largest_error == 0.5
-    assert match_keytimes(warp, [Keytime(0.0, 0.0), Keytime(2.5, 4.0)]).largest_error == 0.5
+    assert (
+        match_keytimes(
+            warp,
+            [
+                Keytime(input_time=0.0, output_time=0.0),
+                Keytime(input_time=2.5, output_time=1.0),
+                Keytime(input_time=4.0, output_time=2.0),
+            ],
+        ).largest_error
+        == 0.5
+    )
+    assert (
+        match_keytimes(
+            warp, [Keytime(input_time=0.0, output_time=0.0), Keytime(input_time=4.0, output_time=2.5)]
+        ).largest_error
+        == 0.5
+    )

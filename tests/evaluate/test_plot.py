@@ -26,7 +26,11 @@ from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 
 MOCAP = Path(__file__).resolve().parents[3] / "shared" / "mocap" / "cmu-bvh"
-KEYS = (Keytime(0.0, 0.0), Keytime(1.0, 3.0), Keytime(3.0, 4.0))
+KEYS = (
+    Keytime(input_time=0.0, output_time=0.0),
+    Keytime(input_time=3.0, output_time=1.0),
+    Keytime(input_time=4.0, output_time=3.0),
+)
 LINEAR = linear_warp(KEYS)
 
 
@@ -132,7 +136,7 @@ class TestSpeeds:
 
     def test_flights_are_shaded_around_each_warps_own_speed_at_its_own_times(self) -> None:
         motion = jumper(lead=1.0, rest=1.0)
-        twice = linear_warp([Keytime(0, 0), Keytime(motion.end_time / 2, motion.end_time)])
+        twice = linear_warp([(0, 0), (motion.end_time, motion.end_time / 2)])
         figure = plot_warps({"half": twice, "kept": keeping_flight(motion, 0.65)}, motion=motion)
         half, kept = [p for p in axes_of(figure, "speed").patches if p.get_label() == "_flights"]
         for ribbon, warp_speed, row in ((half, 2.0, "strip half"), (kept, 1.0, "strip kept")):
@@ -150,9 +154,9 @@ class TestMap:
         assert (time_map.get_xlabel(), time_map.get_ylabel()) == ("output time (s)", "input time (s)")
 
     def test_keytimes_are_marked_in_the_map_and_above_the_speeds(self) -> None:
-        figure = plot_warps([LINEAR, Warp(np.array([0.0, 3.0]), np.array([0.0, 4.0]), (Keytime(2.0, 2.5),))])
+        figure = plot_warps([LINEAR, Warp([0.0, 3.0], [0.0, 4.0], [(2.5, 2.0)])])
         marks = line_of(axes_of(figure, "map"), "_keytimes")
-        expected = sorted([*KEYS, Keytime(2.0, 2.5)])
+        expected = sorted([*KEYS, Keytime(input_time=2.5, output_time=2.0)])
         assert list(marks.get_xdata()) == [key.output_time for key in expected]
         assert list(marks.get_ydata()) == [key.input_time for key in expected]
         speed = axes_of(figure, "speed")
@@ -166,7 +170,7 @@ class TestMap:
         assert [line.get_xdata()[0] for line in speed.lines if line.get_label() == "_key line"] == [1.0, 2.0]
 
     def test_keytimes_that_are_passed_replace_the_warps_own(self) -> None:
-        figure = plot_warps([LINEAR], keytimes=[Keytime(0.5, 1.5)])
+        figure = plot_warps([LINEAR], keytimes=[Keytime(input_time=1.5, output_time=0.5)])
         assert list(line_of(axes_of(figure, "map"), "_keytimes").get_ydata()) == [1.5]
         assert "_keytimes" not in [line.get_label() for line in axes_of(plot_warps([LINEAR], keytimes=[]), "map").lines]
 
@@ -214,7 +218,7 @@ def motion() -> Motion:
 @pytest.fixture(scope="module")
 def figure(motion: Motion) -> Figure:
     length = 0.65 * motion.end_time
-    linear = linear_warp([Keytime(0, 0), Keytime(length, motion.end_time)])
+    linear = linear_warp([(0, 0), (motion.end_time, length)])
     return plot_warps({"linear": linear, "guided": keeping_flight(motion, 0.65)}, motion=motion)
 
 

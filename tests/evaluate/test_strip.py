@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retime.evaluate.strip import flight_times, output_intervals, plan_strip
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
 from retime.warp.spline import linear_warp
 from tests.evaluate.figures import FLIGHT, flight_of, jumper, keeping_flight, ramp
 
@@ -52,7 +52,7 @@ def test_a_row_that_keeps_the_flight_shows_as_many_poses_of_it_as_the_input(n_po
     motion = jumper(lead=lead, rest=1.5)
     found = flight_times(motion)
     kept = keeping_flight(motion, 0.65)
-    linear = linear_warp([Keytime(0, 0), Keytime(0.65 * motion.end_time, motion.end_time)])
+    linear = linear_warp([(0, 0), (motion.end_time, 0.65 * motion.end_time)])
     strip = plan_strip(motion, {"linear": linear, "kept": kept}, found, n_poses)
     counts = [row.poses_in(row.flights[0]) for row in strip.rows]
     assert counts[2] == counts[0] >= 2
@@ -79,7 +79,10 @@ def test_a_short_clip_is_shown_whole() -> None:
 def test_a_long_clip_is_shown_around_its_flight_with_take_off_at_zero(lead: float) -> None:
     motion = jumper(lead=lead, rest=60.0 - lead)
     (flight,) = flight_times(motion)
-    warps = {"linear": linear_warp([Keytime(0, 0), Keytime(40, motion.end_time)]), "kept": keeping_flight(motion, 0.65)}
+    warps = {
+        "linear": linear_warp([(0, 0), (motion.end_time, 40)]),
+        "kept": keeping_flight(motion, 0.65),
+    }
     strip = plan_strip(motion, warps, (flight,), 30)
     assert strip.aligned
     for row in strip.rows:
@@ -95,7 +98,12 @@ def test_a_long_clip_is_shown_around_its_flight_with_take_off_at_zero(lead: floa
 
 def test_of_a_long_clip_that_never_leaves_the_ground_the_middle_is_shown() -> None:
     motion = jumper(lead=100.0, rest=0.0, jump=False)
-    strip = plan_strip(motion, {"w": linear_warp([Keytime(0, 0), Keytime(50, motion.end_time)])}, (), 30)
+    strip = plan_strip(
+        motion,
+        {"w": linear_warp([(0, 0), (motion.end_time, 50)])},
+        (),
+        30,
+    )
     assert strip.aligned
     assert strip.anchor == motion.end_time / 2
     assert [row.origin for row in strip.rows] == pytest.approx([motion.end_time / 2, 25.0])
@@ -104,7 +112,12 @@ def test_of_a_long_clip_that_never_leaves_the_ground_the_middle_is_shown() -> No
 
 def test_poses_are_never_closer_than_frames() -> None:
     motion = jumper(lead=0.5, rest=0.5).frames(0, 5)
-    strip = plan_strip(motion, {"w": linear_warp([Keytime(0, 0), Keytime(0.05, motion.end_time)])}, (), 30)
+    strip = plan_strip(
+        motion,
+        {"w": linear_warp([(0, 0), (motion.end_time, 0.05)])},
+        (),
+        30,
+    )
     assert strip.step == pytest.approx(1 / 60)
     np.testing.assert_allclose(strip.rows[0].pose_times * 60, np.arange(5), atol=1e-9)
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from retime import files as files_module
 from retime.errors import FormatError, OptionError, OutputExistsError
+from retime.files import read_bytes, write_bytes
 from retime.formats import Limits, read
-from retime.formats import files as files_module
-from retime.formats.files import read_bytes, write_bytes
 from retime.formats.foreign import foreign_kind
 from retime.formats.text_lines import Lines, without_byte_order_mark
 
@@ -22,16 +22,16 @@ POSIX = pytest.mark.skipif(os.name == "nt", reason="needs POSIX files")
 def test_reading_up_to_the_limit(tmp_path: Path) -> None:
     path = tmp_path / "data"
     path.write_bytes(b"x" * 10)
-    assert read_bytes(path, Limits(file_bytes=10)) == b"x" * 10
+    assert read_bytes(path, 10) == b"x" * 10
     with pytest.raises(FormatError, match=r"the file has 10 bytes, the limit is 9 \(Limits\.file_bytes\)"):
-        read_bytes(path, Limits(file_bytes=9))
+        read_bytes(path, 9)
 
 
 @POSIX
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(FormatError, match="this is not a regular file"):
-        read_bytes(tmp_path / "pipe", Limits())
+        read_bytes(tmp_path / "pipe")
 
 
 def test_a_missing_file_is_the_system_s_own_error(tmp_path: Path) -> None:

@@ -10,9 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
+from retime.data import sample
 from retime.errors import InvalidMotionError, OptionError
+from retime.frames import frame_positions
 from retime.motion import rotation
-from retime.motion.motion import Motion, frame_positions
+from retime.motion.kinematics import flights, global_poses
+from retime.motion.motion import Motion
 from retime.motion.skeleton import Skeleton
 from tests.motion.strategies import RATES, motions
 from tests.reference.sampling import frame_place
@@ -72,13 +75,9 @@ class TestConstruction:
             ({"rotations": np.ones((2, 4))}, r"found \(2, 4\)"),
             ({"translations": np.ones((2, 2, 3))}, r"translations of shape \(3, 2, 3\), found \(2, 2, 3\)"),
             ({"declared_angles": np.ones((3, 2))}, r"declared angles of shape \(3, 2, 3\), found \(3, 2\)"),
-            ({"rate": 30.0}, "exact rate above 0.*found 30.0"),
-            ({"rate": 30}, "exact rate above 0.*found 30"),
-            ({"rate": Fraction(0)}, "exact rate above 0"),
-            ({"rate": Fraction(-30)}, "exact rate above 0"),
         ],
     )
-    def test_shapes_and_rates_that_no_motion_has(self, changes, message: str) -> None:
+    def test_shapes_that_no_motion_has(self, changes, message: str) -> None:
         with pytest.raises(InvalidMotionError, match=message):
             arm(**changes)
 
@@ -215,3 +214,137 @@ class TestSampling:
     def test_no_times_make_no_motion(self) -> None:
         with pytest.raises(InvalidMotionError, match=r"found \(0, 2, 4\)"):
             arm(3).at([])
+
+
+class TestLikeAList:
+    @pytest.mark.parametrize("index", [slice(2, 5), slice(None), slice(-3, None), slice(4, 99), slice(0, None, 1)])
+    def test_a_slice_cuts_frames_as_a_list_does(self, index: slice) -> None:
+        motion = arm(8, first_frame=1)
+        numbers = list(range(8))[index]
+        cut = motion[index]
+        assert len(cut) == cut.n_frames == len(numbers)
+        assert np.array_equal(cut.rotations, motion.rotations[index])
+        assert cut.first_frame == 1 + numbers[0]
+
+    @pytest.mark.parametrize(
+        ("index", "says"),
+        [
+            (3, r"clip\[10:11\]; found \[3\]"),
+            (np.int64(3), "one frame is"),
+            (slice(5, 5), "are none"),
+            (slice(99, None), "are none"),
+            (slice(0, 8, 2), "not with a step of 2"),
+            (slice(None, None, -1), "not with a step of -1"),
+            (slice(0.5, 2), "whole numbers"),
+            ((0, 1), "found a tuple"),
+            ("LeftFoot", "found the text 'LeftFoot'"),
+        ],
+    )
+    def test_any_other_index_says_what_to_write(self, index, says: str) -> None:
+        with pytest.raises(OptionError, match=says):
+            arm(8)[index]
+
+    def test_frames_takes_whole_numbers_of_any_type(self) -> None:
+        assert arm(8).frames(np.int64(1), np.uint8(3)).n_frames == 2
+        with pytest.raises(OptionError, match=r"whole numbers; found 1\.0"):
+            arm(8).frames(1.0, 3)  # type: ignore[arg-type]
+
+    def test_a_motion_is_no_loop_over_frames(self) -> None:
+        with pytest.raises(TypeError, match="not iterable"):
+            list(arm(3))  # type: ignore[call-overload]
+        with pytest.raises(TypeError):
+            np.asarray(arm(3), dtype=float)
+
+
+class TestPositions:
+    @given(motions())
+    def test_positions_are_those_of_forward_kinematics(self, motion: Motion) -> None:
+        assert np.array_equal(motion.positions, global_poses(motion).positions)
+        assert motion.positions is motion.positions
+        assert not motion.positions.flags.writeable
+
+    def test_a_changed_copy_has_its_own(self) -> None:
+        motion = arm(4)
+        assert motion.positions.shape == (4, 2, 3)
+        assert motion[1:3].positions.shape == (2, 2, 3)
+
+    def test_flights_are_those_that_everything_else_finds(self) -> None:
+        clip = sample()
+        assert clip.flights() == flights(clip) != []
+        assert clip.flights(minimum=9.0) == []
+
+
+class TestFromArrays:
+    @pytest.mark.parametrize("form", ["wxyz", "xyzw", "matrix", "rotvec"])
+    def test_every_form_of_rotations_means_the_same_motion(self, form) -> None:
+        turns = Rotation.random(12, rng=2)
+        as_form = {
+            "wxyz": turns.as_quat(scalar_first=True),
+            "xyzw": turns.as_quat(),
+            "matrix": turns.as_matrix(),
+            "rotvec": turns.as_rotvec(),
+        }[form]
+        rotations = as_form.reshape(6, 2, *as_form.shape[1:])
+        roots = np.random.default_rng(0).normal(size=(6, 3))
+        motion = Motion.from_arrays(
+            rotations,
+            form=form,
+            parents=np.array([-1, 0]),
+            offsets=ARM.offsets.tolist(),
+            names=["upper", "lower"],
+            root_positions=roots,
+            rate="29.97",
+            name="wave",
+            metres_per_unit=0.01,
+            up="z",
+        )
+        expected = turns.as_matrix().reshape(6, 2, 3, 3)
+        np.testing.assert_allclose(rotation.to_matrix(motion.rotations), expected, atol=1e-12)
+        assert np.array_equal(motion.local_translations[:, 0], roots)
+        assert np.array_equal(motion.local_translations[:, 1], np.tile(ARM.offsets[1], (6, 1)))
+        assert (motion.rate, motion.name, motion.up, motion.metres_per_unit) == (
+            Fraction(30000, 1001),
+            "wave",
+            "z",
+            0.01,
+        )
+        assert motion.skeleton.names == ("upper", "lower")
+
+    def test_what_is_left_out(self) -> None:
+        motion = Motion.from_arrays(np.zeros((5, 2, 3)), form="rotvec", parents=[-1, 0], offsets=ARM.offsets, rate=30)
+        assert motion.skeleton.names == ("joint0", "joint1")
+        assert np.array_equal(motion.positions[0], [[0, 1, 0], [2, 1, 0]])
+
+    @pytest.mark.parametrize(
+        ("changes", "error", "says"),
+        [
+            ({"form": "euler"}, OptionError, "one of wxyz, xyzw, matrix, rotvec; found 'euler'"),
+            ({"form": "matrix"}, InvalidMotionError, r"\(n_frames >= 1, 2, 3, 3\) where form is 'matrix', found"),
+            ({"rotations": np.zeros((0, 2, 4))}, InvalidMotionError, "n_frames >= 1"),
+            ({"rotations": [[1], [2, 3]]}, InvalidMotionError, "numbers for the rotations, found a list"),
+            ({"rotations": np.ones((5, 2, 4), complex)}, InvalidMotionError, "numbers for the rotations"),
+            ({"rotations": np.zeros((5, 2, 4))}, InvalidMotionError, "length 0"),
+            (
+                {"rotations": np.full((5, 2, 3), np.nan), "form": "rotvec"},
+                InvalidMotionError,
+                "at frame 0 is not finite",
+            ),
+            ({"rotations": np.full((5, 2, 3, 3), np.nan), "form": "matrix"}, InvalidMotionError, "is not finite"),
+            ({"rotations": np.ones((5, 2, 3, 3)), "form": "matrix"}, InvalidMotionError, "at frame 0 is no rotation"),
+            ({"rotations": np.tile(-np.eye(3), (5, 2, 1, 1)), "form": "matrix"}, InvalidMotionError, "is no rotation"),
+            ({"offsets": [[0, 0, 0]]}, InvalidMotionError, "as many names, parents and offsets"),
+            ({"parents": [1, -1]}, InvalidMotionError, "the root comes first"),
+            ({"root_positions": np.zeros((4, 3))}, InvalidMotionError, r"shape \(5, 3\), found \(4, 3\)"),
+            ({"rate": 0}, OptionError, "frame rate"),
+        ],
+    )
+    def test_what_makes_no_motion_is_refused(self, changes, error, says: str) -> None:
+        given = {
+            "rotations": np.tile([1.0, 0, 0, 0], (5, 2, 1)),
+            "parents": [-1, 0],
+            "offsets": ARM.offsets,
+            "rate": 30,
+            **changes,
+        }
+        with pytest.raises(error, match=says):
+            Motion.from_arrays(given.pop("rotations"), **given)

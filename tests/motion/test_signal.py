@@ -41,8 +41,6 @@ def test_values_cannot_be_written() -> None:
         ({"names": (), "values": np.zeros((4, 0))}, r"0 named channels\), found \(4, 0\)"),
         ({"values": np.array([[0, 0], [0, np.nan]])}, "channel 'zoom' at frame 1 is not finite: nan"),
         ({"values": np.array([[0, 0], [-np.inf, 0]])}, "channel 'pan' at frame 1 is not finite: -inf"),
-        ({"rate": 10.0}, "exact rate above 0"),
-        ({"rate": Fraction(-10)}, "exact rate above 0"),
     ],
 )
 def test_what_no_signal_holds_is_refused(changes, message: str) -> None:

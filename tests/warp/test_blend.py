@@ -115,7 +115,13 @@ def test_a_curve_that_changes_slowly_is_taken_as_it_is(problem: str) -> None:
 
 # Two warps that are far apart in the middle; a weight that changes quickly there would turn the mix back.
 EARLY = Warp(
-    [0.0, 1.0, 4.0, 5.0, 9.0, 10.0], [0.0, 4.0, 4.6, 5.0, 6.0, 10.0], (Keytime(0, 0), Keytime(5, 5), Keytime(10, 10))
+    [0.0, 1.0, 4.0, 5.0, 9.0, 10.0],
+    [0.0, 4.0, 4.6, 5.0, 6.0, 10.0],
+    (
+        Keytime(input_time=0, output_time=0),
+        Keytime(input_time=5, output_time=5),
+        Keytime(input_time=10, output_time=10),
+    ),
 )
 LATE = Warp([0.0, 1.0, 4.0, 5.0, 9.0, 10.0], [0.0, 0.2, 1.0, 5.0, 9.5, 10.0], EARLY.keytimes)
 
@@ -152,7 +158,9 @@ def test_a_curve_that_would_turn_back_is_flattened_as_little_as_will_do(jump: fl
 def test_a_curve_is_flattened_in_a_backward_span_too() -> None:
     back = [
         Warp(
-            w.output_times, 10.0 - w.input_times, tuple(Keytime(k.output_time, 10.0 - k.input_time) for k in w.keytimes)
+            w.output_times,
+            10.0 - w.input_times,
+            tuple(Keytime(input_time=10.0 - k.input_time, output_time=k.output_time) for k in w.keytimes),
         )
         for w in (EARLY, LATE)
     ]

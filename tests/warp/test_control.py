@@ -80,7 +80,11 @@ def random_problem(rng: np.random.Generator, *, what: Sequence[str], most: int =
         return beside.pop() if len(beside) == 1 else None
 
     keytimes = [
-        Keytime(near(position, RATE) if position else 0.0, times[int(path[position])], tangent(int(position)))
+        Keytime(
+            input_time=times[int(path[position])],
+            output_time=near(position, RATE) if position else 0.0,
+            speed=tangent(int(position)),
+        )
         for position in positions
     ]
     reduction = reduce_to_compression(keytimes, input_end, rate=RATE, upsample=upsamples)
@@ -313,7 +317,12 @@ def test_more_smoothness_changes_speed_less() -> None:
 
 
 def test_smoothness_does_not_charge_for_keytimes_that_hold() -> None:
-    keys = [Keytime(0, 0), Keytime(1 / 30, 1 / 30), Keytime(3 / 30, 1 / 30), Keytime(4 / 30, 2 / 30)]
+    keys = [
+        Keytime(input_time=0, output_time=0),
+        Keytime(input_time=1 / 30, output_time=1 / 30),
+        Keytime(input_time=1 / 30, output_time=3 / 30),
+        Keytime(input_time=2 / 30, output_time=4 / 30),
+    ]
     reduction = reduce_to_compression(keys, 2 / 30, rate=30)
     scores = np.ones((5, 2, 2))
     control.add_smoothness(scores, 1.0, reduction)

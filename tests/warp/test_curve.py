@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
+import warnings
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -11,7 +13,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from retime.errors import FormatError, InfeasibleWarpError, OptionError
+from retime.errors import FormatError, InfeasibleWarpError, OptionError, OutputExistsError, RetimeWarning
 from retime.warp.curve import Keytime, Warp, add_times, blend
 from tests.reference import curve as literal
 
@@ -26,7 +28,7 @@ def drawn_warp(rng: np.random.Generator, n_knots: int, *, forward: bool, keys: i
         steps[rng.random(n_knots) < 0.2] = 0.0
     input_times = np.cumsum(steps)
     chosen = np.sort(rng.choice(n_knots, min(keys, n_knots), replace=False))
-    keytimes = tuple(Keytime(float(output_times[k]), float(input_times[k])) for k in chosen)
+    keytimes = tuple(Keytime(input_time=float(input_times[k]), output_time=float(output_times[k])) for k in chosen)
     return Warp(output_times, input_times, keytimes)
 
 
@@ -119,7 +121,7 @@ def test_smooth_keeps_ends_and_keytimes_exactly(warp: Warp, window: float) -> No
     smooth = warp.smooth(window)
     assert (smooth.output_start, smooth.output_end) == (warp.output_start, warp.output_end)
     assert smooth.keytimes == warp.keytimes
-    ends = [Keytime(float(warp.output_times[k]), float(warp.input_times[k])) for k in (0, -1)]
+    ends = [Keytime(input_time=float(warp.input_times[k]), output_time=float(warp.output_times[k])) for k in (0, -1)]
     for key in (*warp.keytimes, *ends):
         assert float(smooth(key.output_time)) == key.input_time
         assert key.output_time in smooth.output_times
@@ -142,7 +144,9 @@ def test_a_straight_warp_stays_straight_when_smoothed(speed: float) -> None:
 
 def test_smooth_leaves_holds_between_keytimes_at_rest() -> None:
     keys = [(0, 0), (1, 1), (2, 1), (3, 0), (4, 4)]
-    warp = Warp(*np.array(keys, dtype=float).T, tuple(Keytime(float(o), float(i)) for o, i in keys))
+    warp = Warp(
+        *np.array(keys, dtype=float).T, tuple(Keytime(input_time=float(i), output_time=float(o)) for o, i in keys)
+    )
     smooth = warp.smooth(0.4, at=np.arange(0, 4.01, 0.01))
     inside = (smooth.output_times >= 1) & (smooth.output_times <= 2)
     assert (smooth.input_times[inside] == 1.0).all()
@@ -153,7 +157,7 @@ def test_smooth_leaves_holds_between_keytimes_at_rest() -> None:
 def test_smooth_takes_keytimes_in_any_order() -> None:
     times = np.arange(11.0)
     steps = np.cumsum([0.0, 1, 3, 1, 3, 1, 3, 1, 3, 1, 3])
-    keys = [Keytime(time, float(np.interp(time, times, steps))) for time in (8.0, 2.0, 5.0)]
+    keys = [Keytime(input_time=float(np.interp(time, times, steps)), output_time=time) for time in (8.0, 2.0, 5.0)]
     shuffled = Warp(times, steps, tuple(keys)).smooth(4)
     ordered = Warp(times, steps, tuple(sorted(keys))).smooth(4)
     assert np.array_equal(shuffled.input_times, ordered.input_times)
@@ -171,7 +175,11 @@ def test_times_that_differ_by_rounding_make_no_knots() -> None:
     as_frames = frames / float(NTSC)
     as_keys = np.array([float(frame / NTSC) for frame in frames.tolist()])
     assert (as_frames != as_keys).any()
-    warp = Warp(as_keys, np.cumsum(1 + np.sin(frames / 9) / 2), tuple(Keytime(t, t) for t in as_keys[1:-1:7].tolist()))
+    warp = Warp(
+        as_keys,
+        np.cumsum(1 + np.sin(frames / 9) / 2),
+        tuple(Keytime(input_time=t, output_time=t) for t in as_keys[1:-1:7].tolist()),
+    )
     for result in (
         warp.smooth(0.3, at=as_frames),
         warp.compose(Warp(as_frames[[0, 150, -1]], as_frames[[0, 150, -1]])),
@@ -256,7 +264,9 @@ def test_numbers_that_make_no_warp_are_refused(output_times: object, input_times
         Warp(output_times, input_times)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("key", [Keytime(float("nan"), 0.0), Keytime(0.0, float("inf"))])
+@pytest.mark.parametrize(
+    "key", [Keytime(input_time=0.0, output_time=float("nan")), Keytime(input_time=float("inf"), output_time=0.0)]
+)
 def test_keytimes_that_are_not_finite_are_refused(key: Keytime) -> None:
     with pytest.raises(OptionError, match="keytime"):
         Warp([0, 1], [0, 1], (key,))
@@ -269,6 +279,135 @@ def test_a_warp_can_not_be_changed_from_outside() -> None:
     assert warp.output_start == 0.0
     with pytest.raises(ValueError, match="read-only"):
         warp.input_times[0] = 1.0
+
+
+# Equal warps
+
+
+@settings(max_examples=40)
+@given(warps(forward=False, keys=3))
+def test_equal_warps_are_equal_and_hash_alike(warp: Warp) -> None:
+    again = Warp.from_json(warp.to_json())
+    assert again == warp
+    assert hash(again) == hash(warp)
+    assert {warp: "found"}[again] == "found"
+
+
+def test_zeros_of_either_sign_are_equal() -> None:
+    a, b = Warp([0.0, 1.0], [0.0, 1.0]), Warp([-0.0, 1.0], [-0.0, 1.0])
+    assert a == b
+    assert hash(a) == hash(b)
+
+
+def test_whatever_differs_makes_warps_different() -> None:
+    key = Keytime(input_time=2.0, output_time=1.0)
+    warp = Warp([0.0, 1.0, 2.0], [0.0, 2.0, 3.0], (key,), "guided", "walk")
+    others = [
+        replace(warp, output_times=[0.0, 1.0, 2.5]),
+        replace(warp, input_times=[0.0, 2.0, 3.5]),
+        replace(warp, output_times=[0.0, 2.0], input_times=[0.0, 3.0]),
+        replace(warp, keytimes=()),
+        replace(warp, keytimes=(replace(key, speed=1.0),)),
+        replace(warp, method="linear"),
+        replace(warp, name="run"),
+    ]
+    assert [other == warp for other in others] == [False] * len(others)
+    assert len({warp, *others}) == len(others) + 1
+    assert warp != "a warp"
+
+
+# Arrays
+
+
+@settings(max_examples=40)
+@given(warps(forward=False), st.integers(1, 40), st.sampled_from([1, 7.5, Fraction(30000, 1001), 120]))
+def test_frames_and_rows_are_those_of_the_literal_definition(warp: Warp, n_frames: int, rate: Fraction | float) -> None:
+    rng = np.random.default_rng(n_frames)
+    rows = rng.normal(size=(n_frames, 2, 3))
+    labels = rng.integers(0, 5, n_frames)
+    o, i = warp.output_times.tolist(), warp.input_times.tolist()
+    n_output = max(1, round(warp.output_span * float(rate)) + 1)
+    times = [min(o[0] + k / float(rate), o[-1]) for k in range(n_output)]
+    times[-1] = o[-1] if n_output > 1 else o[0]
+    places = [min(max(literal.evaluate(o, i, time) * float(rate), 0.0), n_frames - 1.0) for time in times]
+    with warnings.catch_warnings():
+        # The drawn warps care for no clip's ends.
+        warnings.simplefilter("ignore", RetimeWarning)
+        found = warp.to_frame_indices(rate, n_frames)
+        shown = warp.resample(rows, rate)
+        named = warp.resample(labels, rate, method="nearest")
+    assert len(found) == len(shown) == len(named) == n_output
+    for k, place in enumerate(places):
+        assert abs(found[k] - place) <= 0.5 + 1e-6
+        assert named[k] == labels[found[k]]
+        low = min(int(place), n_frames - 1)
+        high = min(low + 1, n_frames - 1)
+        expected = rows[low] + (place - low) * (rows[high] - rows[low])
+        np.testing.assert_allclose(shown[k], expected, atol=1e-6)
+
+
+def test_the_identity_gives_back_the_same_rows_bit_for_bit() -> None:
+    rows = np.random.default_rng(0).normal(size=(100, 3))
+    whole = Warp([0.0, 99 / 30], [0.0, 99 / 30])
+    assert np.array_equal(whole.resample(rows, 30), rows)
+    assert whole.to_frame_indices(30, 100).tolist() == list(range(100))
+
+
+def test_what_is_resampled_keeps_its_type_or_becomes_floats() -> None:
+    half = Warp([0.0, 2.0], [0.0, 1.0])
+    assert half.resample([0, 1], 1).tolist() == [0.0, 0.5, 1.0]
+    assert half.resample([0, 1j], 1).tolist() == [0, 0.5j, 1j]
+    assert half.resample(np.array([1, 2], np.uint8), 1, method="nearest").dtype == np.uint8
+    assert half.resample(np.array([200, 0], np.uint8), 1).tolist() == [200.0, 100.0, 0.0]
+    assert half.resample([True, False], 1, method="nearest").tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda w: w.resample(["a", "b"], 1), "method='nearest'"),
+        (lambda w: w.resample([True, False], 1), "method='nearest'"),
+        (lambda w: w.resample([1.0, 2.0], 1, method="cubic"), "one of linear, nearest; found 'cubic'"),
+        (lambda w: w.resample(3.0, 1), "a row for each frame"),
+        (lambda w: w.resample([], 1), "input frames must be 1 or more"),
+        (lambda w: w.resample([1.0, 2.0], 0), "above 0"),
+        (lambda w: w.resample([1.0, 2.0], "30"), "above 0, found the text '30'"),
+        (lambda w: w.resample([1.0, 2.0], float("nan")), "above 0"),
+        (lambda w: w.to_frame_indices(30, 2.5), "input frames must be 1 or more"),
+        (lambda w: w.to_frame_indices(30, True), "input frames must be 1 or more"),
+    ],
+)
+def test_arrays_that_can_not_be_shown_are_refused(call, says: str) -> None:
+    with pytest.raises(OptionError, match=says):
+        call(Warp([0.0, 1.0], [0.0, 1.0]))
+
+
+def test_an_array_of_another_length_is_warned_of() -> None:
+    warp = Warp([0.0, 1.0], [0.0, 1.0])
+    with pytest.warns(RetimeWarning, match="reaches input times 0 to 1 s") as caught:
+        assert warp.to_frame_indices(10, 6).tolist() == [0, 1, 2, 3, 4, 5, 5, 5, 5, 5, 5]
+    assert caught[0].filename == __file__
+    with pytest.warns(RetimeWarning, match="is left out"):
+        warp.resample(np.zeros(30), 10)
+
+
+# Files
+
+
+def test_a_saved_warp_is_loaded_equal_and_not_written_over(tmp_path) -> None:
+    warp = Warp([0.0, 1.0], [0.0, 2.0], [(2.0, 1.0, 2.0)], "linear", "walk")
+    warp.save(tmp_path / "walk.json")
+    assert Warp.load(tmp_path / "walk.json") == warp
+    assert Warp.load(str(tmp_path / "walk.json")) == warp
+    with pytest.raises(OutputExistsError):
+        warp.save(tmp_path / "walk.json")
+    replace(warp, name="run").save(tmp_path / "walk.json", overwrite=True)
+    assert Warp.load(tmp_path / "walk.json").name == "run"
+    with pytest.raises(FormatError, match=r"walk\.json: the file has \d+ bytes, the limit is 5"):
+        Warp.load(tmp_path / "walk.json", most_bytes=5)
+    (tmp_path / "none.json").write_text("[\n1,")
+    with pytest.raises(FormatError, match=r"none\.json:2:3: not JSON"):
+        Warp.load(tmp_path / "none.json")
 
 
 # JSON
@@ -292,7 +431,7 @@ ANY_FLOAT = st.floats(allow_nan=False, allow_infinity=False)
     st.lists(ANY_FLOAT, min_size=2, max_size=9, unique=True),
     st.data(),
     st.text(max_size=8),
-    st.lists(st.builds(Keytime, ANY_FLOAT, ANY_FLOAT), max_size=3),
+    st.lists(st.builds(Keytime, input_time=ANY_FLOAT, output_time=ANY_FLOAT), max_size=3),
 )
 def test_json_gives_the_same_bits_back(
     output_times: list[float], data: st.DataObject, name: str, keytimes: list[Keytime]

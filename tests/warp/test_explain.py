@@ -6,12 +6,14 @@ import csv
 import io
 import itertools
 import math
+import sys
 from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from retime.errors import MissingExtraError
 from retime.motion.signal import Signal
 from retime.warp.control import Lock
 from retime.warp.explain import Explanation
@@ -316,3 +318,24 @@ def test_two_frames_have_nothing_to_explain_but_their_keytimes() -> None:
     assert explained.binding[1].startswith("key")
     assert np.isnan(explained.scores).all()
     assert len(table(explained)) == 2
+
+
+def test_a_pandas_table_says_what_the_csv_says() -> None:
+    pd = pytest.importorskip("pandas", reason="needs the extra pandas")
+    clip = Signal(("x",), np.sin(np.arange(90) ** 1.5 / 40)[:, None], Fraction(30))
+    why = guided_warp(clip, length="70%", keys=[(1.0, 0.8)]).explain()
+    table = why.to_frame()
+    written = pd.read_csv(io.StringIO(why.to_csv()), keep_default_na=True)
+    assert list(table.columns) == list(written.columns)
+    for name in table.columns:
+        if name == "binding" or (name.startswith("reference_") and "time" not in name):
+            assert table[name].tolist() == written[name].fillna("").tolist()
+        else:
+            np.testing.assert_allclose(table[name].to_numpy(float), written[name].to_numpy(float), rtol=1e-4, atol=1e-6)
+
+
+def test_a_table_without_pandas_names_the_extra(monkeypatch) -> None:
+    why = guided_warp(np.sin(np.arange(60) / 9), rate=30, length="80%").explain()
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'retime\[pandas\]'"):
+        why.to_frame()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.motion.signal import Signal
-from retime.warp.curve import Keytime
+from retime.warp.curve import Keytime, keytime_of
 from retime.warp.keytimes import Reduction, as_keytimes, check_keytimes, knots_of_path, reduce_to_compression
 from tests.warp.motions import wandering_signal
 
@@ -137,11 +137,16 @@ def test_what_can_not_be_read_is_refused(clip: Signal, length: object, keys: lis
 )
 def test_keytimes_that_no_warp_meets_are_refused(keytimes: list[tuple[float, float]], says: str) -> None:
     with pytest.raises(InfeasibleWarpError, match=says):
-        check_keytimes([Keytime(*key) for key in keytimes], 5.0)
+        check_keytimes([Keytime(output_time=output, input_time=into) for output, into in keytimes], 5.0)
 
 
 def test_keytimes_closer_than_an_analysis_frame_are_refused() -> None:
-    keys = [Keytime(0, 0), Keytime(1, 1), Keytime(1 + 1 / 120, 1 + 1 / 120), Keytime(2, 2)]
+    keys = [
+        Keytime(input_time=0, output_time=0),
+        Keytime(input_time=1, output_time=1),
+        Keytime(input_time=1 + 1 / 120, output_time=1 + 1 / 120),
+        Keytime(input_time=2, output_time=2),
+    ]
     with pytest.raises(InfeasibleWarpError, match="raise the rate") as caught:
         reduce_to_compression(keys, 2.0, rate=30)
     assert caught.value.span == 1
@@ -152,7 +157,11 @@ def test_keytimes_closer_than_an_analysis_frame_are_refused() -> None:
 def test_keytimes_a_period_apart_are_never_too_close(rate: float) -> None:
     # Half-way between frames is where rounding could bring them together.
     for first in (0.5, 1.5, 2.5, 7.5):
-        keys = [Keytime(0, 0), *(Keytime((first + k) / rate, (first + k) / rate) for k in range(4)), Keytime(99, 99)]
+        keys = [
+            Keytime(input_time=0, output_time=0),
+            *(Keytime(input_time=(first + k) / rate, output_time=(first + k) / rate) for k in range(4)),
+            Keytime(input_time=99, output_time=99),
+        ]
         positions = reduce_to_compression(keys, 99.0, rate=rate).positions
         assert np.diff(positions)[1:4].tolist() == [1, 1, 1]
 
@@ -160,14 +169,25 @@ def test_keytimes_a_period_apart_are_never_too_close(rate: float) -> None:
 @pytest.mark.parametrize("upsample", [0, -1])
 def test_an_upsampling_below_one_is_refused(upsample: int) -> None:
     with pytest.raises(OptionError, match="upsample"):
-        reduce_to_compression([Keytime(0, 0), Keytime(1, 1)], 1.0, rate=30, upsample=upsample)
+        reduce_to_compression(
+            [Keytime(input_time=0, output_time=0), Keytime(input_time=1, output_time=1)],
+            1.0,
+            rate=30,
+            upsample=upsample,
+        )
 
 
 # Reduction to compression
 
 
 def test_forward_held_and_backward_spans_become_one_increasing_sequence() -> None:
-    keys = [Keytime(0, 0), Keytime(0.3, 0.2), Keytime(0.6, 0.2), Keytime(0.7, 0.0), Keytime(1.0, 0.4)]
+    keys = [
+        Keytime(input_time=0, output_time=0),
+        Keytime(input_time=0.2, output_time=0.3),
+        Keytime(input_time=0.2, output_time=0.6),
+        Keytime(input_time=0.0, output_time=0.7),
+        Keytime(input_time=0.4, output_time=1.0),
+    ]
     reduction = reduce_to_compression(keys, 0.4, rate=10)
     frames = np.round(reduction.input_times * 10, 9)
     assert frames.tolist() == [0, 1, 2, 2, 2, 2, 1, 0, 1, 2, 3, 4]
@@ -184,13 +204,17 @@ def test_forward_held_and_backward_spans_become_one_increasing_sequence() -> Non
 
 def test_the_end_off_the_grid_stays_inside_the_input() -> None:
     # 1.27 s are 12.7 frames at 10 Hz: thirteen steps, the last one cut.
-    reduction = reduce_to_compression([Keytime(0, 0), Keytime(1.27, 1.27)], 1.27, rate=10)
+    reduction = reduce_to_compression(
+        [Keytime(input_time=0, output_time=0), Keytime(input_time=1.27, output_time=1.27)], 1.27, rate=10
+    )
     assert reduction.n_input == reduction.n_output == 14
     assert reduction.input_times[-2:].tolist() == [1.2, 1.27]
 
 
 def test_an_output_that_does_not_start_at_zero() -> None:
-    reduction = reduce_to_compression([Keytime(2.0, 1.0), Keytime(3.0, 2.0)], 5.0, rate=10)
+    reduction = reduce_to_compression(
+        [Keytime(input_time=1.0, output_time=2.0), Keytime(input_time=2.0, output_time=3.0)], 5.0, rate=10
+    )
     assert reduction.positions == (0, 10)
     np.testing.assert_allclose(reduction.input_times, np.arange(10, 21) / 10)
 
@@ -203,7 +227,7 @@ def keytime_lists(draw: st.DrawFn) -> tuple[list[Keytime], float, float, int]:
     n_spans = draw(st.integers(1, 4))
     input_end = 20.0
     output_time, input_time = rng.uniform(-1, 1), rng.uniform(0, input_end)
-    keys = [Keytime(output_time, input_time)]
+    keys = [Keytime(input_time=input_time, output_time=output_time)]
     for _ in range(n_spans):
         # Long enough that rounding to analysis frames can't make a span infeasible.
         length = rng.uniform(0.5, 2.0)
@@ -213,7 +237,7 @@ def keytime_lists(draw: st.DrawFn) -> tuple[list[Keytime], float, float, int]:
         if not 0 <= input_time + change <= input_end:
             change = 0.0
         output_time, input_time = output_time + length, input_time + change
-        keys.append(Keytime(output_time, input_time))
+        keys.append(Keytime(input_time=input_time, output_time=output_time))
     return keys, input_end, rate, 12
 
 
@@ -276,7 +300,7 @@ def test_the_way_back_meets_every_keytime(drawn: tuple[list[Keytime], float, flo
 
 def test_unit_speed_stays_unit_speed_where_other_steps_can_take_the_rest() -> None:
     # 12.7 input frames shown in 9.6 periods: the ends lie off the grid.
-    keys = [Keytime(0, 0), Keytime(0.96, 1.27)]
+    keys = [Keytime(input_time=0, output_time=0), Keytime(input_time=1.27, output_time=0.96)]
     reduction = reduce_to_compression(keys, 1.27, rate=10)
     path = np.array([0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 13])
     warp = knots_of_path(reduction, path)
@@ -287,7 +311,7 @@ def test_unit_speed_stays_unit_speed_where_other_steps_can_take_the_rest() -> No
 
 
 def test_where_all_steps_play_at_unit_speed_all_share_the_rest() -> None:
-    keys = [Keytime(0, 0), Keytime(1.04, 1.01)]
+    keys = [Keytime(input_time=0, output_time=0), Keytime(input_time=1.01, output_time=1.04)]
     reduction = reduce_to_compression(keys, 2.0, rate=10)
     warp = knots_of_path(reduction, np.arange(11))
     np.testing.assert_allclose(warp.slopes, 1.01 / 1.04, rtol=1e-12)
@@ -298,7 +322,10 @@ def test_where_all_steps_play_at_unit_speed_all_share_the_rest() -> None:
 @pytest.mark.parametrize("upsample", [1, 4])
 def test_as_long_as_the_input_can_be_the_identity(rate: float, input_end: float, upsample: int) -> None:
     reduction = reduce_to_compression(
-        [Keytime(0, 0), Keytime(input_end, input_end)], input_end, rate=rate, upsample=upsample
+        [keytime_of((0, 0)), keytime_of((input_end, input_end))],
+        input_end,
+        rate=rate,
+        upsample=upsample,
     )
     n_steps = reduction.n_output - 1
     path = np.minimum(np.arange(n_steps + 1) * upsample, reduction.n_input - 1)

@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 
 from retime import Keytime, Signal, Warp, guided_warp
-from retime.warp.picture import facts_html
+from retime.svg import facts_html
 
-KEYS = (Keytime(0.0, 0.0), Keytime(1.0, 2.0), Keytime(3.0, 3.0))
+KEYS = (
+    Keytime(input_time=0.0, output_time=0.0),
+    Keytime(input_time=2.0, output_time=1.0),
+    Keytime(input_time=3.0, output_time=3.0),
+)
 
 WARPS = {
     "plain": Warp([0.0, 1.0, 3.0], [0.0, 2.0, 3.0], KEYS, method="linear"),

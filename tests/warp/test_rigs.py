@@ -12,8 +12,8 @@ from retime.motion.contacts import Contacts, Foot
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.skeleton import Skeleton
-from retime.warp.apply import apply_warp, output_frame_times, retimed_slip
-from retime.warp.curve import Warp
+from retime.warp.apply import apply_warp, retimed_slip
+from retime.warp.curve import Warp, output_frame_times
 from tests.reference import contacts as literal
 from tests.reference.averaging import averaged_pose
 from tests.warp.motions import wandering_motion

@@ -40,7 +40,11 @@ def table(reduction: Reduction, scorer: Scorer, before: ScoreTable | None) -> Sc
 
 
 def reduction_through(inner: list[tuple[float, float]], upsample: int | list[int]) -> Reduction:
-    keys = [Keytime(0.0, 0.0), *(Keytime(out, into) for into, out in inner), Keytime(9.0, DURATION)]
+    keys = [
+        Keytime(input_time=0.0, output_time=0.0),
+        *(Keytime(input_time=into, output_time=out) for into, out in inner),
+        Keytime(input_time=DURATION, output_time=9.0),
+    ]
     return reduce_to_compression(keys, DURATION, rate=RATE, upsample=upsample)
 
 

@@ -245,24 +245,33 @@ def test_a_warp_without_holds_or_reversals_is_strictly_monotone(length: str) -> 
 
 def test_keys_are_read_in_any_unit_and_order() -> None:
     clip = curve(241, 120)
-    wanted = (Keytime(0.0, 0.0), Keytime(0.5, 1.0, 0.25), Keytime(1.25, 1.5), Keytime(1.75, 2.0))
+    wanted = (
+        Keytime(input_time=0.0, output_time=0.0),
+        Keytime(input_time=1.0, output_time=0.5, speed=0.25),
+        Keytime(input_time=1.5, output_time=1.25),
+        Keytime(input_time=2.0, output_time=1.75),
+    )
     for keys in (
         [(1.0, 0.5, 0.25), (1.5, 1.25)],
         [("180f", "0:01.25"), ("1s", "60f", "1/4")],
         [("0:01.5", 1.25), ("120f", "0.5", 0.25)],
-        [Keytime(1.25, 1.5), Keytime(0.5, 1.0, 0.25), Keytime(0.0, 0.0)],
+        [
+            Keytime(input_time=1.5, output_time=1.25),
+            Keytime(input_time=1.0, output_time=0.5, speed=0.25),
+            Keytime(input_time=0.0, output_time=0.0),
+        ],
         [(1.0, 0.5), (1.0, 0.5, 0.25), (1.5, 1.25), (1.5, 1.25), (0, 0)],
     ):
         found = as_keytimes(clip, None, keys)
         assert found == wanted
         assert [key.speed for key in found] == [None, 0.25, None, None]
-    assert as_keytimes(clip, "50%", [])[-1] == Keytime(119 / 120, 2.0)
-    assert as_keytimes(clip, "1.5s", [(0.5, 1.0)])[-1] == Keytime(179 / 120, 2.0)
+    assert as_keytimes(clip, "50%", [])[-1] == Keytime(input_time=2.0, output_time=119 / 120)
+    assert as_keytimes(clip, "1.5s", [(0.5, 1.0)])[-1] == Keytime(input_time=2.0, output_time=179 / 120)
     # The last key may end the output elsewhere than at the clip's end.
-    assert as_keytimes(clip, 121, [(0.5, 1.0)])[-1] == Keytime(1.0, 0.5)
-    assert as_keytimes(clip, None, [(2.0, 3.0)])[-1] == Keytime(3.0, 2.0)
+    assert as_keytimes(clip, 121, [(0.5, 1.0)])[-1] == Keytime(input_time=0.5, output_time=1.0)
+    assert as_keytimes(clip, None, [(2.0, 3.0)])[-1] == Keytime(input_time=2.0, output_time=3.0)
     # The output may begin elsewhere than at the clip's beginning.
-    assert as_keytimes(clip, None, [(0.5, 0)])[0] == Keytime(0.0, 0.5)
+    assert as_keytimes(clip, None, [(0.5, 0)])[0] == Keytime(input_time=0.5, output_time=0.0)
     assert math.isinf(as_keytimes(clip, "free", [])[-1].output_time)
 
 
@@ -378,12 +387,12 @@ CONTRADICTIONS: dict[str, tuple[dict[str, object], str]] = {
     "key_beyond_the_output": ({"keys": [(1.0, 3.0)], "length": "80%"}, "beyond the output's last frame"),
     "key_nan": ({"keys": [(float("nan"), 1.0)]}, "expected a time"),
     "key_inf": ({"keys": [(1.0, float("inf"))]}, "expected a time"),
-    "keytime_nan": ({"keys": [Keytime(float("nan"), 1.0)]}, "output time"),
+    "keytime_nan": ({"keys": [Keytime(input_time=1.0, output_time=float("nan"))]}, "output time"),
     "key_of_one": ({"keys": [(1.0,)]}, "a key is"),
     "key_as_text": ({"keys": ["12"]}, "a key is"),
     "tangent_zero": ({"keys": [(1.0, 1.0, 0)]}, "playback speed"),
     "tangent_negative": ({"keys": [(1.0, 1.0, -1)]}, "playback speed"),
-    "tangent_of_a_keytime_negative": ({"keys": [Keytime(1.0, 1.0, -1.0)]}, "above 0"),
+    "tangent_of_a_keytime_negative": ({"keys": [Keytime(input_time=1.0, output_time=1.0, speed=-1.0)]}, "above 0"),
     "tangent_nan": ({"keys": [(1.0, 1.0, float("nan"))]}, "playback speed"),
     "two_tangents": ({"keys": [(1.0, 1.0, 1), (1.0, 1.0, 2)]}, "two speeds"),
     "tangent_beyond_the_limits": ({"keys": [(1.0, 1.0, 3)], "speed": (0.5, 2)}, "speed limits"),

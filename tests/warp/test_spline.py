@@ -22,7 +22,9 @@ def drawn_keys(seed: int, *, forward: bool) -> list[Keytime]:
     if not forward:
         changes *= rng.choice([-1, 0, 1, 1], n_keys)
     input_times = np.cumsum(changes)
-    return [Keytime(o, i) for o, i in zip(output_times.tolist(), input_times.tolist(), strict=True)]
+    return [
+        Keytime(input_time=i, output_time=o) for o, i in zip(output_times.tolist(), input_times.tolist(), strict=True)
+    ]
 
 
 @settings(max_examples=30)
@@ -47,19 +49,30 @@ def test_both_meet_every_keytime_exactly_and_never_leave_its_neighbours(seed: in
 
 
 def test_linear_has_one_speed_a_span() -> None:
-    warp = linear_warp([Keytime(0, 0), Keytime(1, 3), Keytime(3, 4)])
+    warp = linear_warp(
+        [
+            Keytime(input_time=0, output_time=0),
+            Keytime(input_time=3, output_time=1),
+            Keytime(input_time=4, output_time=3),
+        ]
+    )
     assert warp.slopes.tolist() == [3.0, 0.5]
     assert warp.method == "linear"
 
 
 def test_a_spline_through_two_keys_is_a_line() -> None:
-    warp = spline_warp([Keytime(0, 1), Keytime(2, 5)], rate=30)
+    warp = spline_warp([Keytime(input_time=1, output_time=0), Keytime(input_time=5, output_time=2)], rate=30)
     np.testing.assert_allclose(warp.slopes, 2.0, rtol=1e-12)
     assert len(warp.output_times) == 61
 
 
 def test_a_spline_changes_speed_without_a_jump() -> None:
-    keys = [Keytime(0, 0), Keytime(1, 3), Keytime(3, 4), Keytime(4, 6)]
+    keys = [
+        Keytime(input_time=0, output_time=0),
+        Keytime(input_time=3, output_time=1),
+        Keytime(input_time=4, output_time=3),
+        Keytime(input_time=6, output_time=4),
+    ]
     jump = [np.abs(np.diff(spline_warp(keys, rate=rate).slopes)).max() for rate in (100.0, 200.0, 400.0)]
     assert jump[0] < 0.2
     # Halved with the distance of the knots: a corner would stay.
@@ -70,9 +83,15 @@ def test_a_spline_changes_speed_without_a_jump() -> None:
 @pytest.mark.parametrize("make", [linear_warp, spline_warp])
 def test_keytimes_that_make_no_warp_are_refused(make: object) -> None:
     with pytest.raises(InfeasibleWarpError, match="at least two"):
-        make([Keytime(0, 0)])  # type: ignore[operator]
+        make([Keytime(input_time=0, output_time=0)])  # type: ignore[operator]
     with pytest.raises(InfeasibleWarpError, match="output time 1 s"):
-        make([Keytime(0, 0), Keytime(1, 0), Keytime(1, 2)])  # type: ignore[operator]
+        make(
+            [
+                Keytime(input_time=0, output_time=0),
+                Keytime(input_time=0, output_time=1),
+                Keytime(input_time=2, output_time=1),
+            ]
+        )  # type: ignore[operator]
 
 
 # Tangents
@@ -86,7 +105,11 @@ def with_tangents(keys: list[Keytime], rng: np.random.Generator, most: float) ->
         beside = [mean for mean in means[max(0, i - 1) : i + 1] if mean]
         wanted = rng.random() < 0.7 and beside
         chosen.append(
-            Keytime(key.output_time, key.input_time, rng.uniform(0.01, most) * min(beside) if wanted else None)
+            Keytime(
+                input_time=key.input_time,
+                output_time=key.output_time,
+                speed=rng.uniform(0.01, most) * min(beside) if wanted else None,
+            )
         )
     return chosen
 
@@ -124,7 +147,12 @@ def test_tangents_are_obeyed_and_the_spline_never_turns(seed: int, forward: bool
 def test_a_cubic_with_these_slopes_is_what_comes_out() -> None:
     from scipy.interpolate import CubicHermiteSpline
 
-    keys = [Keytime(0, 0, 0.5), Keytime(1, 1.5, 2.0), Keytime(3, 4.0, 1.0), Keytime(4, 5.0, 2.5)]
+    keys = [
+        Keytime(input_time=0, output_time=0, speed=0.5),
+        Keytime(input_time=1.5, output_time=1, speed=2.0),
+        Keytime(input_time=4.0, output_time=3, speed=1.0),
+        Keytime(input_time=5.0, output_time=4, speed=2.5),
+    ]
     warp = spline_warp(keys, rate=100)
     cubic = CubicHermiteSpline([0, 1, 3, 4], [0, 1.5, 4, 5], [0.5, 2.0, 1.0, 2.5])
     np.testing.assert_allclose(warp.input_times, cubic(warp.output_times), rtol=0, atol=1e-12)
@@ -133,10 +161,31 @@ def test_a_cubic_with_these_slopes_is_what_comes_out() -> None:
 @pytest.mark.parametrize(
     ("keys", "obeyed"),
     [
-        ([Keytime(0, 0), Keytime(1, 1, 3.0), Keytime(2, 2)], 3.0),
-        ([Keytime(0, 0), Keytime(1, 2, 4.0), Keytime(2, 2.5)], 1.5),
-        ([Keytime(0, 0, 9.0), Keytime(1, 2)], 6.0),
-        ([Keytime(0, 3), Keytime(1, 2, 5.0), Keytime(2, 0)], -3.0),
+        (
+            [
+                Keytime(input_time=0, output_time=0),
+                Keytime(input_time=1, output_time=1, speed=3.0),
+                Keytime(input_time=2, output_time=2),
+            ],
+            3.0,
+        ),
+        (
+            [
+                Keytime(input_time=0, output_time=0),
+                Keytime(input_time=2, output_time=1, speed=4.0),
+                Keytime(input_time=2.5, output_time=2),
+            ],
+            1.5,
+        ),
+        ([Keytime(input_time=0, output_time=0, speed=9.0), Keytime(input_time=2, output_time=1)], 6.0),
+        (
+            [
+                Keytime(input_time=3, output_time=0),
+                Keytime(input_time=2, output_time=1, speed=5.0),
+                Keytime(input_time=0, output_time=2),
+            ],
+            -3.0,
+        ),
     ],
     ids=["three_times_is_obeyed", "slower_side", "end", "backward"],
 )
@@ -168,9 +217,24 @@ def test_three_times_is_where_a_cubic_begins_to_turn_back() -> None:
 
 
 def test_a_tangent_at_a_turn_holds_in_each_direction_and_a_hold_stays_at_rest() -> None:
-    turn = spline_warp([Keytime(0, 0), Keytime(1, 1, 0.8), Keytime(2, 0)], rate=1e4)
+    turn = spline_warp(
+        [
+            Keytime(input_time=0, output_time=0),
+            Keytime(input_time=1, output_time=1, speed=0.8),
+            Keytime(input_time=0, output_time=2),
+        ],
+        rate=1e4,
+    )
     assert slopes_beside(turn, 1.0) == pytest.approx([0.8, -0.8], rel=1e-2)
-    held = spline_warp([Keytime(0, 0), Keytime(1, 1, 0.8), Keytime(2, 1), Keytime(3, 2)], rate=1e4)
+    held = spline_warp(
+        [
+            Keytime(input_time=0, output_time=0),
+            Keytime(input_time=1, output_time=1, speed=0.8),
+            Keytime(input_time=1, output_time=2),
+            Keytime(input_time=2, output_time=3),
+        ],
+        rate=1e4,
+    )
     assert slopes_beside(held, 1.0) == pytest.approx([0.8, 0.0], rel=1e-2)
     assert (held(np.linspace(1, 2, 50)) == 1.0).all()
 
@@ -178,4 +242,4 @@ def test_a_tangent_at_a_turn_holds_in_each_direction_and_a_hold_stays_at_rest() 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_tangent_that_is_no_speed_is_refused(speed: float) -> None:
     with pytest.raises(OptionError, match="above 0"):
-        spline_warp([Keytime(0, 0), Keytime(1, 1, speed)])
+        spline_warp([Keytime(input_time=0, output_time=0), Keytime(input_time=1, output_time=1, speed=speed)])

@@ -18,7 +18,7 @@ from retime.motion.rate import parse_rate
 from retime.motion.timecode import parse_frame_range
 
 if TYPE_CHECKING:
-    from retime.motion.motion import Motion
+    from retime.motion.motion import Motion, Up
     from retime.motion.signal import Signal
     from retime.warp.curve import Warp
 
@@ -69,7 +69,7 @@ class ClipOptions:
     skeleton: Path | None = None
     repair: bool = False
     decimal_comma: bool = False
-    up: str | None = None
+    up: Up | None = None
 
     def read(self, path: Path) -> Motion | Signal:
         """Read a clip; raise FormatError, OSError or OptionError."""
@@ -188,7 +188,7 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
         skeleton: Path | None,
         repair: bool,
         decimal_comma: bool,
-        up: str | None,
+        up: Up | None,
         **rest: Any,
     ) -> None:
         function(clip_options=ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma, up), **rest)

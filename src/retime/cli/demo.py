@@ -45,7 +45,7 @@ def command(*, out: Path, force: bool) -> None:
         out.mkdir(parents=True)
     check_outputs(places, inputs=[], force=force)
 
-    from retime.formats.files import write_bytes
+    from retime.files import write_bytes
     from retime.formats.registry import read, write
     from retime.formats.warp_file import write_warp
     from retime.motion.motion import Motion

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from retime.motion.signal import Signal
 
 # The extras of pyproject.toml, and the package that each brings.
-EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget"}
+EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget", "pandas": "pandas"}
 _PACKAGES = ("numpy", "scipy", "click")
 
 

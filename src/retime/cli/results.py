@@ -173,7 +173,7 @@ def deliver(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[st
 
 def _write(found: Found, outputs: OutputOptions, stages: Stages) -> None:
     # Heavy imports wait until something is to be done.
-    from retime.formats.files import write_bytes
+    from retime.files import write_bytes
     from retime.formats.registry import write
     from retime.formats.warp_file import write_warp
 

@@ -22,8 +22,7 @@ from retime.motion.kinematics import flights, global_poses, metres_per_unit, tor
 from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
-from retime.warp.apply import output_frame_times
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Keytime, Warp, output_frame_times
 from retime.warp.features import PoseOptions, timing_features
 from retime.warp.reference import Reference, model_poses
 from retime.warp.result import GuidedWarp

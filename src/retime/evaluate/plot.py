@@ -14,7 +14,7 @@ from retime.evaluate.plot_panels import draw_keys, draw_map, draw_speed, draw_st
 from retime.evaluate.plot_reasons import draw_reasons, most_score, reasons_height
 from retime.evaluate.plot_style import GREY, STYLE, pens_for, shown
 from retime.evaluate.strip import DEFAULT_N_POSES, Strip, flight_times, plan_strip
-from retime.formats.files import write_bytes
+from retime.files import write_bytes
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, Warp

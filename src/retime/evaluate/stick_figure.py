@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.motion.kinematics import GlobalPoses, global_poses, heading_rotations
 from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray, rotate
@@ -60,6 +61,8 @@ class FigureView:
     stature: float
     ground: float
     across: FloatArray
+
+    __repr__ = brief_repr
 
     def project(self, motion: Motion, input_times: FloatArray) -> FloatArray:
         """Sample a motion and lay its poses on paper.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.motion.kinematics import flights
 from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
@@ -49,6 +50,8 @@ class Row:
     pose_times: FloatArray
     flights: tuple[tuple[float, float], ...]
 
+    __repr__ = brief_repr
+
     def poses_in(self, flight: tuple[float, float]) -> int:
         """Count this row's poses in a flight."""
         return int(np.count_nonzero(in_flight(self.pose_times, (flight,))))
@@ -79,6 +82,8 @@ class Strip:
     right: float
     aligned: bool
     anchor: float
+
+    __repr__ = brief_repr
 
 
 def flight_times(motion: Motion | Signal | None) -> tuple[tuple[float, float], ...]:

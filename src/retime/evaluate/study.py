@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.evaluate import metrics
 from retime.evaluate.study_baselines import align_warp, cut_idle, keyed_spline, spans_to_keep, spline_through
 from retime.evaluate.study_choices import AS_PRINTED, SETTINGS
@@ -185,6 +186,8 @@ class Version:
     warp: Warp | None
     figures: Figures
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
@@ -220,6 +223,8 @@ class Evaluation:
     row: TableRow
     flights: tuple[tuple[float, float], ...]
     options: Mapping[str, Any]
+
+    __repr__ = brief_repr
 
     def version(self, label: str) -> Version:
         """Return a version by its label; raise KeyError where there is none."""
@@ -677,7 +682,9 @@ def v8(clips: Library, repeats: int) -> Evaluation:
 
 def _stretched(motion: Motion, output_span: float) -> Warp:
     """Play a whole clip at one speed."""
-    return linear_warp([Keytime(0.0, 0.0), Keytime(output_span, motion.end_time)])
+    return linear_warp(
+        [Keytime(input_time=0.0, output_time=0.0), Keytime(input_time=motion.end_time, output_time=output_span)]
+    )
 
 
 def _flights(motion: Motion) -> tuple[tuple[float, float], ...]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from retime.brief import brief_repr
 from retime.evaluate.metrics import WarpMatch, match_warps
 from retime.evaluate.study_baselines import align_warp
 from retime.evaluate.study_motions import ANSWERS, Answer, Library, part_of
@@ -44,6 +45,8 @@ class Attempt:
     inside: WarpMatch
     whole: WarpMatch
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class Answered:
@@ -51,6 +54,8 @@ class Answered:
 
     answer: Answer
     attempts: tuple[Attempt, ...]
+
+    __repr__ = brief_repr
 
     def attempt(self, method: str) -> Attempt | None:
         """Return a method's attempt; None where it was not asked."""

@@ -33,7 +33,10 @@ def cut_idle(motion: Motion, n_output: int) -> Warp:
     speed[[0, -1]] = np.inf
     kept = np.sort(np.argsort(-speed, kind="stable")[:n_output])
     rate = float(motion.rate)
-    ends = (Keytime(0.0, 0.0), Keytime((n_output - 1) / rate, motion.end_time))
+    ends = (
+        Keytime(input_time=0.0, output_time=0.0),
+        Keytime(input_time=motion.end_time, output_time=(n_output - 1) / rate),
+    )
     return Warp(np.arange(n_output) / rate, kept / rate, ends, method="cut")
 
 
@@ -80,14 +83,14 @@ def keyed_spline(motion: Motion, keep: Spans, output_span: float, *, speed: floa
     if not kept < output_span:
         raise InfeasibleWarpError(f"{kept:.2f} s are to be kept, in an output of {output_span:.2f} s")
     slowness = (output_span - kept) / rest if rest > 0 else 1.0
-    keys = [Keytime(0.0, 0.0)]
+    keys = [Keytime(input_time=0.0, output_time=0.0)]
     for start, end in keep:
         for at, pace in ((start, slowness), (end, 1 / speed)):
             before = keys[-1]
             if at > before.input_time:
-                keys.append(Keytime(before.output_time + (at - before.input_time) * pace, at))
+                keys.append(Keytime(input_time=at, output_time=before.output_time + (at - before.input_time) * pace))
     if motion.end_time - keys[-1].input_time > 1e-9:
-        keys.append(Keytime(output_span, motion.end_time))
+        keys.append(Keytime(input_time=motion.end_time, output_time=output_span))
     return spline_warp(keys, rate=float(motion.rate))
 
 
@@ -95,7 +98,7 @@ def spline_through(truth: Warp, input_times: Sequence[float], *, rate: float) ->
     """Join keytimes that a known answer has at some moments, and at its ends: all an animator would have to set."""
     within = [t for t in input_times if truth.input_times[0] + 1e-6 < t < truth.input_times[-1] - 1e-6]
     times = [float(truth.input_times[0]), *within, float(truth.input_times[-1])]
-    return spline_warp([Keytime(float(truth.inverse()(t)), t) for t in times], rate=rate)
+    return spline_warp([Keytime(input_time=t, output_time=float(truth.inverse()(t))) for t in times], rate=rate)
 
 
 def align_warp(

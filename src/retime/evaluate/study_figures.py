@@ -19,7 +19,7 @@ from retime.evaluate.plot_style import FLIGHT, GREY, INK, STYLE
 from retime.evaluate.study import Evaluation
 from retime.evaluate.study_answers import Answered
 from retime.evaluate.study_signals import SignalResult
-from retime.formats.files import write_bytes
+from retime.files import write_bytes
 from retime.motion.rotation import FloatArray
 from retime.warp.curve import Warp
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.errors import FormatWarning, OptionError
 from retime.evaluate.metrics import flight_spans
 from retime.formats.registry import read
@@ -323,6 +324,8 @@ class Answer:
     spans: tuple[tuple[float, float], ...]
     free: bool = True
     example: tuple[int, int] | None = None
+
+    __repr__ = brief_repr
 
 
 def example_of(motion: Motion, truth: Warp, start: float, end: float) -> Motion:

@@ -28,7 +28,7 @@ from retime.evaluate.study_tables import (
     sizes_table,
     text_values,
 )
-from retime.formats.files import write_bytes
+from retime.files import write_bytes
 
 _CREDIT = (
     "The data used in this project was obtained from mocap.cs.cmu.edu. The database was created with funding from NSF "

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.evaluate.sensitivity import Row, measure, settings
 from retime.evaluate.study import EVALUATIONS, Evaluation
@@ -52,6 +53,8 @@ class Results:
     ball: SignalResult | None
     seconds: float
     machine: dict[str, str]
+
+    __repr__ = brief_repr
 
 
 def chosen_parts(only: str | None) -> tuple[str, ...]:

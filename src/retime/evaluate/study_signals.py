@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.evaluate.metrics import FlightTiming, flight_timing
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
@@ -195,6 +196,8 @@ class SignalResult:
     linear_timing: FlightTiming
     gravity: float
     linear_gravity: float
+
+    __repr__ = brief_repr
 
 
 def warp_signal(length: str = "60%") -> SignalResult:

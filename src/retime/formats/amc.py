@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from retime.errors import FormatError, FormatWarning, InvalidMotionError, OptionError, OutputExistsError
+from retime.files import read_bytes, write_bytes
 from retime.formats.asf import Asf, find_asf, make_asf, parse_asf, refuse_other_kinds, turn_order
-from retime.formats.files import read_bytes, write_bytes
 from retime.formats.number_text import NumberTextError, parse_count, parse_number, parse_numbers, show
 from retime.formats.options import Limits, ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
@@ -55,7 +55,7 @@ _STILL = 1e-5
 _MOST_WOUND = 8 * np.pi
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class AsfDeclaration(Declaration):
     """What an AMC and its ASF declared.
 
@@ -126,7 +126,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
         asf_path, searched = find_asf(path)
         if asf_path is None:
             raise FormatError(f"its ASF skeleton was not found: {searched}; name it with --skeleton", path=path)
-    asf_data = read_bytes(asf_path, options.limits)
+    asf_data = read_bytes(asf_path, options.limits.file_bytes)
     asf = parse_asf(asf_path, asf_data, options.limits)
     for note in asf.notes:
         warnings.warn(f"{asf_path}: {note}", FormatWarning, stacklevel=3)
@@ -599,7 +599,7 @@ def _place_for_asf(output: _Output, path: Path, overwrite: bool) -> Path | None:
     found, _ = find_asf(path)
     if found is not None:
         try:
-            data = read_bytes(found, Limits())
+            data = read_bytes(found)
             if data == output.asf_data or parse_asf(found, data, Limits()).same_as(output.asf):
                 return None
         except FormatError:

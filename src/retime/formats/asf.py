@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.formats.foreign import foreign_kind
 from retime.formats.number_text import NumberTextError, parse_number, show
@@ -67,6 +68,8 @@ class Asf:
     length_unit: float
     encoding: str
     notes: tuple[str, ...]
+
+    __repr__ = brief_repr
 
     @property
     def metres_per_unit(self) -> float | None:

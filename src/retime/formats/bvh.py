@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.errors import FormatError, FormatWarning
+from retime.files import write_bytes
 from retime.formats.bvh_frames import Frames, parse_frames
 from retime.formats.bvh_hierarchy import CHANNELS, Hierarchy, parse_hierarchy
-from retime.formats.files import write_bytes
 from retime.formats.number_text import format_table
 from retime.formats.options import ReadOptions
 from retime.formats.text_lines import Lines, without_byte_order_mark
@@ -49,7 +49,7 @@ _MISSED = 1e-3
 _ROWS = 256
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BvhDeclaration(Declaration):
     """What a BVH file declared.
 

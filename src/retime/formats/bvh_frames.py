@@ -11,6 +11,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.errors import FormatWarning
 from retime.formats.bvh_hierarchy import Hierarchy
 from retime.formats.number_text import (
@@ -51,6 +52,8 @@ class Frames:
     rate: Fraction
     frame_time: str
     values: FloatArray
+
+    __repr__ = brief_repr
 
 
 def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions) -> Frames:

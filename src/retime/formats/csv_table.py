@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from retime.errors import FormatError, FormatWarning
-from retime.formats.files import write_bytes
+from retime.files import write_bytes
 from retime.formats.foreign import foreign_kind
 from retime.formats.number_text import NumberTextError, parse_number, parse_table
 from retime.formats.options import ReadOptions

@@ -15,7 +15,7 @@ from os import PathLike
 from pathlib import Path
 
 from retime.errors import FormatError
-from retime.formats.files import read_bytes
+from retime.files import read_bytes
 from retime.formats.foreign import foreign_kind
 from retime.formats.number_text import show
 from retime.formats.options import Limits
@@ -55,7 +55,7 @@ def read_joint_map(path: str | PathLike[str], *, limits: Limits | None = None) -
     suffix = path.suffix.lower()
     if suffix not in (".json", ".csv"):
         raise FormatError(f"a joint map ends in .json or .csv, found {suffix or 'nothing'!r}", path=path)
-    data = read_bytes(path, limits)
+    data = read_bytes(path, limits.file_bytes)
     kind = foreign_kind(data)
     if kind is not None and not (suffix == ".json" and kind == "a JSON document"):
         raise FormatError(f"this is {kind}; expected a joint map ({suffix})", path=path)

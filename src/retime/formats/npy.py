@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from retime.errors import FormatError, FormatWarning, InvalidMotionError, OptionError
-from retime.formats.files import write_bytes
+from retime.files import write_bytes
 from retime.formats.foreign import foreign_kind
 from retime.formats.options import Limits, ReadOptions
 from retime.motion.motion import Motion

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
+from retime.files import MOST_BYTES
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -42,7 +44,7 @@ class Limits:
         Problems reported for one file.
     """
 
-    file_bytes: int = 1 << 30
+    file_bytes: int = MOST_BYTES
     joints: int = 4096
     depth: int = 256
     joint_channels: int = 9

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Protocol, cast
 
 from retime.errors import FormatError, OptionError
-from retime.formats.files import read_bytes
+from retime.files import read_bytes
 from retime.formats.options import Limits, ReadOptions
-from retime.motion.motion import UPS, Motion
+from retime.motion.motion import UPS, Motion, Up
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
 
@@ -83,7 +83,7 @@ def read(
     skeleton: str | PathLike[str] | None = None,
     repair: bool = False,
     decimal_comma: bool = False,
-    up: str | None = None,
+    up: Up | None = None,
     limits: Limits | None = None,
 ) -> Motion | Signal:
     """Read a motion, or a signal, from a file.
@@ -137,7 +137,7 @@ def read(
     )
     known = format_of(path)
     try:
-        clip = _module(known).read(path, read_bytes(path, options.limits), options)
+        clip = _module(known).read(path, read_bytes(path, options.limits.file_bytes), options)
     except MemoryError:
         raise FormatError("this machine has too little memory for what the file holds", path=path) from None
     return replace(clip, up=up) if up is not None and isinstance(clip, Motion) else clip

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from os import PathLike
 
-from retime.errors import FormatError
-from retime.formats.files import read_bytes, write_bytes
 from retime.formats.options import Limits
-from retime.warp.curve import Warp
+from retime.warp.curve import Warp, WarpLike, as_warp
 
 
 def read_warp(path: str | PathLike[str], *, limits: Limits | None = None) -> Warp:
-    """Read a warp from a JSON file that `write_warp` made.
+    """Read a warp from a JSON file that `write_warp` made: `Warp.load`, within limits.
 
     Raises
     ------
@@ -20,12 +18,17 @@ def read_warp(path: str | PathLike[str], *, limits: Limits | None = None) -> War
     OSError
         The file can't be opened.
     """
-    try:
-        return Warp.from_json(read_bytes(path, limits or Limits()))
-    except FormatError as error:
-        raise FormatError(error.problem, path=path, line=error.line, column=error.column, byte=error.byte) from None
+    return Warp.load(path, most_bytes=(limits or Limits()).file_bytes)
 
 
-def write_warp(warp: Warp, path: str | PathLike[str], *, overwrite: bool = False) -> None:
-    """Write a warp to a JSON file, whole or not at all; raise OutputExistsError where one is there already."""
-    write_bytes(path, warp.to_json().encode(), overwrite=overwrite)
+def write_warp(warp: WarpLike, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+    """Write a warp, or a result's, to a JSON file, whole or not at all: `Warp.save`.
+
+    Raises
+    ------
+    OptionError
+        Something else was passed for the warp.
+    OutputExistsError
+        The file is there, and `overwrite` is not set.
+    """
+    as_warp(warp, "write_warp(warp, path)").save(path, overwrite=overwrite)

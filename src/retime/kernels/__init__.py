@@ -12,6 +12,7 @@ from typing import Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from retime.brief import brief_repr
 from retime.errors import OptionError
 
 FloatArray = NDArray[np.float64]
@@ -86,6 +87,8 @@ class PathProblem:
     start_cost: FloatArray
     end_cost: FloatArray
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class PricedPath:
@@ -112,6 +115,8 @@ class PricedPath:
     passes: int
     sweeps: int
     sweep_seconds: float
+
+    __repr__ = brief_repr
 
 
 def compiled_available() -> bool:

@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from retime.errors import InvalidMotionError, OptionError
+from retime.frames import frame_positions
 from retime.motion.joint_names import body_parts, near_names
 from retime.motion.kinematics import GlobalPoses, global_poses, metres_per_unit
-from retime.motion.motion import Motion, frame_positions
+from retime.motion.motion import Motion
+from retime.motion.rate import parse_rate
 from retime.motion.rotation import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -77,13 +79,15 @@ class Contacts:
         The points that were looked at.
     at_rest : bool array, shape (n_frames, n_feet)
         Whether each stands, in each frame.
-    rate : Fraction
-        Frames a second.
+    rate : Fraction, number or str
+        Frames a second; kept as an exact fraction.
 
     Raises
     ------
     InvalidMotionError
         The array has another shape.
+    OptionError
+        The rate is none.
     """
 
     feet: tuple[Foot, ...]
@@ -98,6 +102,15 @@ class Contacts:
             )
         at_rest.setflags(write=False)
         object.__setattr__(self, "at_rest", at_rest)
+        object.__setattr__(self, "rate", parse_rate(self.rate))
+
+    def __repr__(self) -> str:
+        return f"Contacts({len(self.spans())} of {len(self.feet)} feet, {self.n_frames} frames at {self.rate} Hz)"
+
+    def _repr_html_(self) -> str:
+        from retime.motion.picture import contacts_html
+
+        return contacts_html(self)
 
     @property
     def n_frames(self) -> int:
@@ -324,6 +337,9 @@ class Slip:
 
     contacts: tuple[Contact, ...]
     millimetres: FloatArray
+
+    def __repr__(self) -> str:
+        return f"Slip(mm in {len(self.contacts)} contacts: mean {self.mean:.1f}, largest {self.largest:.1f})"
 
     @property
     def mean(self) -> float:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.motion import rotation
-from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
+
+if TYPE_CHECKING:
+    # A motion offers what is found here as methods: this module looks at motions and never makes one anew.
+    from retime.motion.motion import Motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +34,8 @@ class GlobalPoses:
     rotations: FloatArray
     end_positions: FloatArray
 
+    __repr__ = brief_repr
+
 
 def global_poses(motion: Motion) -> GlobalPoses:
     """Forward kinematics of every frame; Y is up in global space, whatever it is in the motion's own coordinates.
@@ -41,6 +48,7 @@ def global_poses(motion: Motion) -> GlobalPoses:
     Examples
     --------
     >>> import numpy as np
+    >>> from retime.motion.motion import Motion
     >>> from retime.motion.skeleton import Skeleton
     >>> arm = Skeleton(("upper", "lower"), (-1, 0), np.array([[0.0, 0, 0], [1.0, 0, 0]]))
     >>> turned = Motion(arm, rotation.from_euler("Z", np.array([[[np.pi / 2], [0.0]]])))
@@ -156,7 +164,12 @@ def seems_z_up(motion: Motion) -> bool:
 
 def _rises_along(motion: Motion, axis: int) -> bool:
     every = max(1, motion.n_frames // 64)
-    some = Motion(motion.skeleton, motion.rotations[::every], motion.local_translations[::every], up=motion.up)
+    some = replace(
+        motion,
+        rotations=motion.rotations[::every],
+        translations=motion.local_translations[::every],
+        declared_angles=None,
+    )
     extents = np.ptp(global_poses(some).positions, axis=1)
     return bool(np.median(extents[:, axis] - _LEAST_RISE * extents.max(axis=1)) >= 0)
 

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from fractions import Fraction
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.brief import brief, brief_repr, kind_of
 from retime.errors import InvalidMotionError, OptionError
-from retime.motion import rotation
+from retime.frames import frame_positions, frame_range, slice_range
+from retime.motion import kinematics, rotation
+from retime.motion.rate import RateField, RateLike
 from retime.motion.rotation import FloatArray
 from retime.motion.size import LARGEST, size_problem, within_size
 from retime.motion.skeleton import Skeleton
 
-UPS = ("y", "z")
+Up = Literal["y", "z"]
+UPS = get_args(Up)
 """Axes that may be vertical in a motion's own coordinates."""
 
 
@@ -36,44 +42,11 @@ class Declaration:
     channels: tuple[tuple[str, ...], ...]
     frame_time: str = ""
 
+    __repr__ = brief_repr
 
-def frame_positions(input_times: ArrayLike, rate: Fraction, n_frames: int) -> tuple[np.ndarray, np.ndarray, FloatArray]:
-    """Place times between frames.
 
-    Times within about a billionth of a frame of a frame are taken to be that frame, so that a motion sampled at its own
-    frames comes back bit for bit; times outside the motion are held at its ends.
-
-    Parameters
-    ----------
-    input_times : float array, any shape
-        Seconds from the first frame.
-    rate : Fraction
-        Frames a second.
-    n_frames : int
-        Number of frames, at least 1.
-
-    Returns
-    -------
-    before, after : int arrays
-        Neighbouring frames.
-    fraction : float array
-        How far from `before` to `after`, in [0, 1).
-
-    Raises
-    ------
-    OptionError
-        A time is not a number.
-    """
-    times = np.asarray(input_times, dtype=np.float64)
-    if np.isnan(times).any():
-        raise OptionError(f"time {int(np.argwhere(np.isnan(times.ravel()))[0, 0])} of {times.size} is not a number")
-    place = np.clip(times * float(rate), 0.0, n_frames - 1)
-    whole = np.round(place)
-    # Far into a long motion a frame's own time, in floating point, is off by more than the billionth.
-    place = np.where(np.abs(place - whole) < 1e-9 + 1e-15 * place, whole, place)
-    before = np.floor(place).astype(np.intp)
-    after = np.minimum(before + 1, n_frames - 1)
-    return before, after, place - before
+RotationForm = Literal["wxyz", "xyzw", "matrix", "rotvec"]
+"""How an array holds rotations: quaternions with the real part first or last, matrices, axis times angle (radians)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +61,8 @@ class Motion:
         Local rotations, wxyz; scaled to unit length here.
     translations : float array, shape (n_frames, n_joints, 3)
         Local translations (joint origin in its parent's space), in length units. Left out: the rest offsets.
-    rate : Fraction
-        Frames a second, exact.
+    rate : Fraction, number or str
+        Frames a second: 120, 29.97, ``"30000/1001"``. Kept as an exact fraction (`retime.motion.rate.parse_rate`).
     name : str
         What to call it in messages and plots.
     first_frame : int
@@ -109,18 +82,27 @@ class Motion:
     InvalidMotionError
         No frame, shapes that disagree, or a number that is not finite or beyond 1e100 (named by joint and
         frame).
+    OptionError
+        The rate is none.
+
+    Examples
+    --------
+    >>> import retime
+    >>> clip = retime.sample()
+    >>> clip, len(clip[10:20])
+    (Motion('sample', 816 frames at 60 Hz, 22 joints), 10)
     """
 
     skeleton: Skeleton
     rotations: FloatArray
     translations: FloatArray | None = None
-    rate: Fraction = field(default=Fraction(30))
+    rate: RateField = RateField(30)  # noqa: RUF009
     name: str = ""
     first_frame: int = 0
     metres_per_unit: float | None = None
     declaration: Declaration | None = None
     declared_angles: FloatArray | None = None
-    up: str = "y"
+    up: Up = "y"
 
     def __post_init__(self) -> None:
         n_joints = self.skeleton.n_joints
@@ -140,8 +122,6 @@ class Motion:
         # Scaled to unit length below, they may have any.
         self._refuse_unbounded("rotation", rotations, np.finfo(np.float64).max)
         self._refuse_unbounded("translation", translations)
-        if not (isinstance(self.rate, Fraction) and self.rate > 0):
-            raise InvalidMotionError(f"expected an exact rate above 0 (a Fraction), found {self.rate!r}")
         if self.up not in UPS:
             raise InvalidMotionError(f"the vertical axis must be one of {', '.join(UPS)}; found {self.up!r}")
         squares = np.einsum("fjc,fjc->fj", rotations, rotations)
@@ -175,6 +155,90 @@ class Motion:
         problem = size_problem(values[frame, joint])
         raise InvalidMotionError(f"the {what} of joint {self.skeleton.names[joint]!r} at frame {frame} {problem}")
 
+    @classmethod
+    def from_arrays(
+        cls,
+        rotations: ArrayLike,
+        *,
+        parents: Sequence[int],
+        offsets: ArrayLike,
+        rate: RateLike,
+        names: Sequence[str] | None = None,
+        root_positions: ArrayLike | None = None,
+        form: RotationForm = "wxyz",
+        name: str = "",
+        metres_per_unit: float | None = None,
+        up: Up = "y",
+    ) -> Motion:
+        """Make a motion of the arrays that data sets and simulators have.
+
+        Positions without rotations are a `retime.Signal`, or a plain array: `retime.guided_warp` takes both.
+
+        Parameters
+        ----------
+        rotations : float array, shape (n_frames, n_joints, 4), (n_frames, n_joints, 3, 3) or (n_frames, n_joints, 3)
+            Local rotations (a joint's space to its parent's), as `form` says.
+        parents : sequence of int, length n_joints
+            Each joint's parent, which stands before it; -1 for the root, which comes first.
+        offsets : float array, shape (n_joints, 3)
+            Rest offset of each joint from its parent.
+        rate : number or str
+            Frames a second.
+        names : sequence of str, optional
+            Joint names; left out, ``joint0``, ``joint1`` and so on. What feet and counterparts are is told by names.
+        root_positions : float array, shape (n_frames, 3), optional
+            Where the root is; left out, at its offset.
+        form : {"wxyz", "xyzw", "matrix", "rotvec"}
+            Quaternions with the real part first or last, rotation matrices, or rotation vectors (axis times angle,
+            radians).
+        name : str
+            What to call it in messages and plots.
+        metres_per_unit : float, optional
+            Length of one unit in metres, where known.
+        up : {"y", "z"}
+            Which axis is vertical.
+
+        Raises
+        ------
+        InvalidMotionError
+            Shapes that disagree, numbers that are not finite, or matrices that are no rotations.
+        OptionError
+            No such form, or no rate.
+
+        Examples
+        --------
+        >>> turn = np.zeros((20, 2, 3))
+        >>> turn[:, 1, 2] = np.linspace(0, np.pi / 2, 20)
+        >>> arm = Motion.from_arrays(turn, form="rotvec", parents=[-1, 0], offsets=[[0, 0, 0], [1, 0, 0]], rate=30)
+        >>> arm, arm.positions[-1, 1].tolist()
+        (Motion(20 frames at 30 Hz, 2 joints), [1.0, 0.0, 0.0])
+        """
+        if form not in get_args(RotationForm):
+            raise OptionError(f"the form must be one of {', '.join(get_args(RotationForm))}; found {form!r}")
+        parents = tuple(int(parent) for parent in parents)
+        names = [f"joint{joint}" for joint in range(len(parents))] if names is None else names
+        skeleton = Skeleton(tuple(names), parents, _numbers("offsets", offsets))
+        quaternions = _quaternions(_numbers("rotations", rotations), skeleton.n_joints, form)
+        translations = None
+        if root_positions is not None:
+            places = _numbers("root positions", root_positions)
+            if places.shape != (len(quaternions), 3):
+                raise InvalidMotionError(
+                    f"expected root positions of shape ({len(quaternions)}, 3), found {places.shape}"
+                )
+            translations = np.tile(skeleton.offsets, (len(quaternions), 1, 1))
+            translations[:, 0] = places
+        return cls(skeleton, quaternions, translations, rate, name, metres_per_unit=metres_per_unit, up=up)
+
+    def __repr__(self) -> str:
+        named = f"{brief(self.name)}, " if self.name else ""
+        return f"Motion({named}{self.n_frames} frames at {self.rate} Hz, {self.skeleton.n_joints} joints)"
+
+    def _repr_html_(self) -> str:
+        from retime.motion.picture import motion_html
+
+        return motion_html(self)
+
     @property
     def n_frames(self) -> int:
         """Number of frames."""
@@ -196,6 +260,49 @@ class Motion:
         assert self.translations is not None
         return self.translations
 
+    def __len__(self) -> int:
+        return self.n_frames
+
+    def __getitem__(self, index: slice) -> Motion:
+        """Cut out frames, as `frames` does, by ``clip[start:stop]``."""
+        return self.frames(*slice_range(index, self.n_frames, self.name or "the motion"))
+
+    # A loop over a clip, and an array made of it, would ask for single frames, which it has none of.
+    __iter__ = None
+
+    @cached_property
+    def positions(self) -> FloatArray:
+        """Joint origins in global space, shape (n_frames, n_joints, 3): Y up, in length units.
+
+        Computed when first asked for, and read-only. `retime.motion.kinematics.global_poses` has rotations too.
+        """
+        positions = kinematics.global_poses(self).positions
+        positions.setflags(write=False)
+        return positions
+
+    def flights(self, *, clearance: float = 0.05, minimum: float = 0.1) -> list[tuple[int, int]]:
+        """Find the flights of jumps: first and last frame of each, counted from 0.
+
+        Parameters
+        ----------
+        clearance : float
+            Metres above the ground.
+        minimum : float
+            Shortest flight, seconds.
+
+        Returns
+        -------
+        list of (int, int)
+            As `retime.motion.kinematics.flights` finds them, which says how.
+
+        Examples
+        --------
+        >>> import retime
+        >>> len(retime.sample().flights())
+        2
+        """
+        return kinematics.flights(self, clearance=clearance, minimum=minimum)
+
     def frames(self, start: int, stop: int) -> Motion:
         """Cut out frames ``start`` to ``stop - 1``, counted from 0.
 
@@ -204,11 +311,7 @@ class Motion:
         OptionError
             The range is empty or leaves the motion.
         """
-        if not 0 <= start < stop <= self.n_frames:
-            raise OptionError(
-                f"frames {start} to {stop - 1} are not inside {self.name or 'the motion'}, which has frames 0 to "
-                f"{self.n_frames - 1}"
-            )
+        start, stop = frame_range(start, stop, self.n_frames, self.name or "the motion")
         angles = self.declared_angles
         return replace(
             self,
@@ -218,7 +321,7 @@ class Motion:
             declared_angles=None if angles is None else angles[start:stop],
         )
 
-    def with_rate(self, rate: Fraction) -> Motion:
+    def with_rate(self, rate: RateLike) -> Motion:
         """Play the same frames at another rate (for files that declare a wrong one)."""
         return replace(self, rate=rate)
 
@@ -252,3 +355,45 @@ class Motion:
         if angles is not None:
             angles = angles[np.where(fraction < 0.5, before, after)]
         return replace(self, rotations=rotations, translations=translations, first_frame=0, declared_angles=angles)
+
+
+def _numbers(what: str, values: ArrayLike) -> FloatArray:
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        # Rows of different lengths.
+        array = np.empty(0, dtype=object)
+    if array.dtype.kind not in "iuf":
+        raise InvalidMotionError(f"expected an array of numbers for the {what}, found {kind_of(values)}")
+    return array.astype(np.float64)
+
+
+def _quaternions(rotations: FloatArray, n_joints: int, form: RotationForm) -> FloatArray:
+    """Rotations of any form as quaternions, wxyz."""
+    numbers = {"wxyz": (4,), "xyzw": (4,), "matrix": (3, 3), "rotvec": (3,)}[form]
+    if rotations.shape[1:] != (n_joints, *numbers) or len(rotations) == 0:
+        wanted = ", ".join(map(str, (n_joints, *numbers)))
+        raise InvalidMotionError(
+            f"expected rotations of shape (n_frames >= 1, {wanted}) where form is {form!r}, found {rotations.shape}"
+        )
+    if form == "wxyz":
+        return rotations
+    if form == "xyzw":
+        return rotations[..., [3, 0, 1, 2]]
+    if not within_size(rotations).all():
+        frame, joint = (int(i) for i in np.argwhere(~within_size(rotations))[0][:2])
+        problem = size_problem(rotations[frame, joint])
+        raise InvalidMotionError(f"the rotation of joint {joint} at frame {frame} {problem}")
+    from scipy.spatial.transform import Rotation
+
+    if form == "rotvec":
+        turns = Rotation.from_rotvec(rotations.reshape(-1, 3))
+    else:
+        off = np.abs(np.swapaxes(rotations, -1, -2) @ rotations - np.eye(3)).max(axis=(-1, -2))
+        wrong = (off > 1e-3) | (np.linalg.det(rotations) < 0)
+        if wrong.any():
+            frame, joint = (int(i) for i in np.argwhere(wrong)[0])
+            raise InvalidMotionError(f"the matrix of joint {joint} at frame {frame} is no rotation")
+        turns = Rotation.from_matrix(rotations.reshape(-1, 3, 3))
+    quaternions = turns.as_quat()[:, [3, 0, 1, 2]]
+    return np.asarray(quaternions.reshape(*rotations.shape[:2], 4))

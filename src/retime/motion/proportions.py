@@ -27,6 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion import rotation
 from retime.motion.kinematics import GlobalPoses
@@ -55,6 +56,8 @@ class RestPose:
     parents: tuple[int, ...]
     offsets: FloatArray
     positions: FloatArray
+
+    __repr__ = brief_repr
 
     @classmethod
     def of(cls, skeleton: Skeleton) -> RestPose:
@@ -189,6 +192,8 @@ class Stretch:
     ratio: float
     offset: FloatArray | None = None
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class SkeletonFit:
@@ -219,6 +224,8 @@ class SkeletonFit:
     shift: FloatArray
     stretches: tuple[Stretch, ...]
     size: float
+
+    __repr__ = brief_repr
 
     def place(self, poses: GlobalPoses, still: Mapping[int, FloatArray]) -> GlobalPoses:
         """Pose the input's skeleton like the reference.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
 
 from retime.errors import OptionError
 
@@ -18,6 +19,8 @@ _FRACTION = re.compile(r"(\d{1,30})/(\d{1,30})", re.ASCII)
 _NTSC = tuple(Fraction(n * 1000, 1001) for n in (24, 30, 48, 60, 120, 240))
 # Rates that cameras and programs offer, for decimals so short that they fit several whole rates.
 _USUAL = (12, 15, 24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
+RateLike = str | float | Fraction
+"""Frames a second as people have them; see `parse_rate`."""
 # Beyond these a number is no frame rate but a mistake, and arithmetic with it could overflow.
 _SLOWEST, _FASTEST = Fraction(1, 10**6), Fraction(10**6)
 
@@ -134,7 +137,7 @@ def rate_from_step(step: Fraction, error: Fraction) -> Fraction:
     return _simplest(low, high) if rate == 1 / step else rate
 
 
-def parse_rate(value: str | float | Fraction) -> Fraction:
+def parse_rate(value: RateLike) -> Fraction:
     """Find the exact rate that a person means.
 
     Parameters
@@ -178,3 +181,31 @@ def parse_rate(value: str | float | Fraction) -> Fraction:
     if not _SLOWEST <= rate <= _FASTEST:
         raise OptionError(f"expected a frame rate from {float(_SLOWEST)} to {_FASTEST}, found {str(value)[:60]!r}")
     return rate
+
+
+class RateField:
+    """The field ``rate`` of a dataclass: whatever `parse_rate` reads is taken, and the exact fraction is kept.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Video:
+    ...     rate: RateField = RateField("30")
+    >>> Video().rate, Video(23.976).rate
+    (Fraction(30, 1), Fraction(24000, 1001))
+    """
+
+    def __init__(self, default: RateLike) -> None:
+        self._default = parse_rate(default)
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, instance: Any, owner: type | None = None) -> Fraction:
+        # Asked of the class, as dataclass does, it is the default.
+        rate: Fraction = self._default if instance is None else instance.__dict__[self._name]
+        return rate
+
+    def __set__(self, instance: Any, value: RateLike) -> None:
+        instance.__dict__[self._name] = parse_rate(value)

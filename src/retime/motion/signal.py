@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from fractions import Fraction
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.brief import brief, kind_of
 from retime.errors import InvalidMotionError, OptionError
-from retime.motion.motion import frame_positions
+from retime.frames import frame_positions, frame_range, slice_range
+from retime.motion.rate import RateField, RateLike, parse_rate
 from retime.motion.rotation import FloatArray
 from retime.motion.size import size_problem, within_size
 
@@ -24,8 +25,8 @@ class Signal:
         One for each channel.
     values : float array, shape (n_frames, n_channels)
         The numbers, in whatever unit they have.
-    rate : Fraction
-        Frames a second, exact.
+    rate : Fraction, number or str
+        Frames a second: 120, 29.97, ``"30000/1001"``. Kept as an exact fraction (`retime.motion.rate.parse_rate`).
     name : str
         What to call it in messages and plots.
     time_column : str
@@ -38,11 +39,19 @@ class Signal:
     InvalidMotionError
         No frame, no channel, shapes that disagree, or a number that is not finite or beyond 1e100 (named by channel and
         frame).
+    OptionError
+        The rate is none.
+
+    Examples
+    --------
+    >>> pan = Signal(("yaw",), np.linspace(0, 90, 46)[:, None], rate=29.97, name="pan")
+    >>> pan, len(pan[10:20])
+    (Signal('pan', 46 frames at 30000/1001 Hz, 1 channel: yaw), 10)
     """
 
     names: tuple[str, ...]
     values: FloatArray
-    rate: Fraction = field(default=Fraction(30))
+    rate: RateField = RateField(30)  # noqa: RUF009
     name: str = ""
     time_column: str = ""
     first_frame: int = 0
@@ -57,11 +66,22 @@ class Signal:
             frame, channel = (int(i) for i in np.argwhere(~within_size(values))[0])
             problem = size_problem(values[frame, channel])
             raise InvalidMotionError(f"channel {self.names[channel]!r} at frame {frame} {problem}")
-        if not (isinstance(self.rate, Fraction) and self.rate > 0):
-            raise InvalidMotionError(f"expected an exact rate above 0 (a Fraction), found {self.rate!r}")
         view = values.view()
         view.setflags(write=False)
         object.__setattr__(self, "values", view)
+
+    def __repr__(self) -> str:
+        n_channels = len(self.names)
+        channels = f"{n_channels} channel{'s' * (n_channels != 1)}"
+        if n_channels <= 4:
+            channels += f": {', '.join(self.names)}"
+        named = f"{brief(self.name)}, " if self.name else ""
+        return f"Signal({named}{self.n_frames} frames at {self.rate} Hz, {channels})"
+
+    def _repr_html_(self) -> str:
+        from retime.motion.picture import signal_html
+
+        return signal_html(self)
 
     @property
     def n_frames(self) -> int:
@@ -78,16 +98,22 @@ class Signal:
         """Time of the last frame, seconds, ``(n_frames - 1) / rate``: where the signal's own time ends."""
         return float((self.n_frames - 1) / self.rate)
 
+    def __len__(self) -> int:
+        return self.n_frames
+
+    def __getitem__(self, index: slice) -> Signal:
+        """Cut out frames, as `frames` does, by ``clip[start:stop]``."""
+        return self.frames(*slice_range(index, self.n_frames, self.name or "the signal"))
+
+    # A loop over a clip, and an array made of it, would ask for single frames, which it has none of.
+    __iter__ = None
+
     def frames(self, start: int, stop: int) -> Signal:
         """Cut out frames ``start`` to ``stop - 1``, counted from 0; raise OptionError where they leave it."""
-        if not 0 <= start < stop <= self.n_frames:
-            raise OptionError(
-                f"frames {start} to {stop - 1} are not inside {self.name or 'the signal'}, which has frames 0 to "
-                f"{self.n_frames - 1}"
-            )
+        start, stop = frame_range(start, stop, self.n_frames, self.name or "the signal")
         return replace(self, values=self.values[start:stop], first_frame=self.first_frame + start)
 
-    def with_rate(self, rate: Fraction) -> Signal:
+    def with_rate(self, rate: RateLike) -> Signal:
         """Play the same frames at another rate."""
         return replace(self, rate=rate)
 
@@ -96,3 +122,32 @@ class Signal:
         before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
         values = self.values[before] + fraction[:, None] * (self.values[after] - self.values[before])
         return replace(self, values=values, first_frame=0)
+
+
+def signal_of(array: ArrayLike, rate: RateLike | None, *, call: str) -> Signal:
+    """Take an array of numbers, a row a frame, for a signal; what a row holds becomes so many channels.
+
+    Parameters
+    ----------
+    array : float array, shape (n_frames, ...)
+        The numbers.
+    rate : number or str
+        Frames a second.
+    call : str
+        How the call is written, for messages.
+
+    Raises
+    ------
+    OptionError
+        No array of numbers, no frame, or no rate.
+    """
+    try:
+        values = np.asarray(array)
+    except ValueError:
+        values = np.empty(0, dtype=object)
+    if values.dtype.kind not in "iufb" or values.ndim == 0 or values.size == 0:
+        raise OptionError(f"expected {call} with a motion, a signal, or an array of numbers; found {kind_of(array)}")
+    if rate is None:
+        raise OptionError(f"an array of numbers needs its rate: {call}")
+    columns = values.reshape(len(values), -1)
+    return Signal(tuple(f"c{i}" for i in range(columns.shape[1])), columns, parse_rate(rate), name="array")

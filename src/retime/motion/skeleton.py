@@ -84,6 +84,10 @@ class Skeleton:
         offsets.setflags(write=False)
         object.__setattr__(self, "offsets", offsets)
 
+    def __repr__(self) -> str:
+        few = self.names if len(self.names) <= 5 else (*self.names[:4], "…")
+        return f"Skeleton({len(self.names)} joints: {', '.join(few)}; {len(self.end_sites)} end sites)"
+
     @property
     def n_joints(self) -> int:
         """Number of joints, end sites not counted."""

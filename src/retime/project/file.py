@@ -11,8 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from retime.errors import FormatError
-from retime.formats.files import read_bytes, write_bytes
-from retime.formats.options import Limits
+from retime.files import read_bytes, write_bytes
 from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.values import from_value, to_value
 from retime.warp.curve import Warp
@@ -22,7 +21,7 @@ VERSION = 2
 # Documents of version 1 knew less of references; what they leave out has its default.
 _READS = (1, 2)
 SUFFIX = ".retime"
-_LIMITS = Limits(file_bytes=256 << 20)
+_MOST_BYTES = 256 << 20
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ def read_project(path: str | PathLike[str]) -> Project:
         The file can't be opened.
     """
     path = Path(path)
-    data = read_bytes(path, _LIMITS)
+    data = read_bytes(path, _MOST_BYTES)
     try:
         return _parse(data, path.absolute().parent)
     except FormatError as error:

@@ -18,8 +18,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from retime.errors import FormatError, OptionError
-from retime.formats.files import read_bytes, sync_folder
-from retime.formats.options import Limits
+from retime.files import read_bytes, sync_folder
 from retime.project.document import Document
 from retime.project.file import read_warps
 from retime.project.history import History
@@ -74,7 +73,7 @@ def read_journal(path: Path) -> Recovered:
     OSError
         It can't be opened.
     """
-    lines = list(_whole_lines(read_bytes(path, Limits())))
+    lines = list(_whole_lines(read_bytes(path)))
     head = lines[0] if lines else None
     if not isinstance(head, dict) or head.get("format") != "retime-journal" or head.get("version") != VERSION:
         raise FormatError("not a journal that this program reads", path=path)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError, RetimeError, RetimeWarning
 from retime.formats.joint_map import read_joint_map
 from retime.formats.registry import read
@@ -51,6 +52,8 @@ class Sources:
     references: tuple[Reference, ...]
     wholes: tuple[AnyClip, ...]
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class Solution:
@@ -72,6 +75,8 @@ class Solution:
     sources: Sources
     warp: Warp
     search: GuidedWarp | None
+
+    __repr__ = brief_repr
 
 
 def as_paths(text: str) -> Path:

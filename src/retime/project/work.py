@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from retime.errors import FormatError, OptionError
-from retime.formats.files import read_bytes
-from retime.formats.options import Limits
+from retime.files import read_bytes
 from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.file import SUFFIX, Project, digest_of, files_of, project_bytes, read_project, save_project
 from retime.project.history import History
@@ -92,7 +91,7 @@ class Work:
         if path != self.path:
             self._move(path, data, overwrite=overwrite)
         else:
-            if not overwrite and path.exists() and digest_of(read_bytes(path, Limits())) != self.digest:
+            if not overwrite and path.exists() and digest_of(read_bytes(path)) != self.digest:
                 raise OptionError(
                     f"{path}: another program changed this project; save under another name, or allow overwriting"
                 )

@@ -23,6 +23,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.project.document import Document
 from retime.project.values import from_value, to_value
@@ -448,6 +449,8 @@ class Clip:
     flights: Float64s
     counterparts: tuple[str, ...]
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -509,6 +512,8 @@ class Curve:
     spline_input_times: Float64s
     costs: Float64s
 
+    __repr__ = brief_repr
+
 
 BINDINGS = ("key", "tangent", "hold", "lock", "fastest", "slowest")
 """The bits of `Why.binding`, the lowest first."""
@@ -558,6 +563,8 @@ class Why:
     matched_times: Float64s
     binding: Bytes
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class Kept:
@@ -574,6 +581,8 @@ class Kept:
     id: str
     output_times: Float64s
     input_times: Float64s
+
+    __repr__ = brief_repr
 
 
 FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, Browse, Find)

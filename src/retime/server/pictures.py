@@ -11,8 +11,7 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.project.solve import Solution, Sources, ghosts
 from retime.server.messages import BINDINGS, Clip, Curve, Kept, Why
-from retime.warp.apply import output_frame_times
-from retime.warp.curve import Warp
+from retime.warp.curve import Warp, output_frame_times
 from retime.warp.reference import Reference
 
 

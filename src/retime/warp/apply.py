@@ -5,19 +5,22 @@ from __future__ import annotations
 import warnings
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal, TypeVar
+from dataclasses import dataclass, fields, replace
+from typing import Literal, TypeVar, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from retime.errors import RetimeWarning
+from retime.brief import kind_of
+from retime.errors import OptionError, RetimeWarning
 from retime.kernels import FloatArray, IntArray
 from retime.motion import rotation
 from retime.motion.contacts import BoolArray, Contacts, Slip, slip, slip_of
 from retime.motion.contacts import contacts as find_contacts
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
-from retime.warp.curve import Warp
+from retime.motion.rate import RateLike
+from retime.motion.signal import Signal, signal_of
+from retime.warp.curve import Warp, WarpLike, as_warp, output_frame_times
 
 AnyMotion = TypeVar("AnyMotion", Motion, Signal)
 
@@ -27,24 +30,34 @@ _CLOSED = 1e-6
 _LONG = 16
 
 
-def output_frame_times(warp: Warp, rate: float) -> FloatArray:
-    """Return the output time of each frame that a warp gives at `rate`, seconds; the last one is the warp's end."""
-    n_output = warp.count_frames(rate)
-    times = warp.output_start + np.arange(n_output) / rate
-    if n_output > 1:
-        times[-1] = warp.output_end
-    return times
-
-
+@overload
 def apply_warp(
     motion: AnyMotion,
-    warp: Warp,
+    warp: WarpLike,
     *,
     average: bool = True,
     contacts: Contacts | Literal["find"] | None = "find",
     keep_root_path: bool = True,
     loop: bool = False,
-) -> AnyMotion:
+) -> AnyMotion: ...
+
+
+@overload
+def apply_warp(
+    motion: ArrayLike, warp: WarpLike, *, average: bool = True, loop: bool = False, rate: RateLike
+) -> FloatArray: ...
+
+
+def apply_warp(
+    motion: Motion | Signal | ArrayLike,
+    warp: WarpLike,
+    *,
+    average: bool = True,
+    contacts: Contacts | Literal["find"] | None = "find",
+    keep_root_path: bool = True,
+    loop: bool = False,
+    rate: RateLike | None = None,
+) -> Motion | Signal | FloatArray:
     """Show a motion with a warp's timing, at the motion's own rate (§3.4).
 
     Rotations are slerped, everything else is interpolated linearly. Where the warp plays faster than life by c,
@@ -58,9 +71,9 @@ def apply_warp(
 
     Parameters
     ----------
-    motion : Motion or Signal
-        The clip that the warp was found for, its full-rate original, another character, a camera.
-    warp : Warp
+    motion : Motion, Signal, or array of shape (n_frames, ...)
+        The clip that the warp was found for, its full-rate original, another character, a camera; or plain numbers.
+    warp : Warp or GuidedWarp
         From output time to input time.
     average : bool
         Average where sped up.
@@ -74,16 +87,18 @@ def apply_warp(
         then goes on across the seam instead of closing at the ends, so that the seam has no corner. This holds for all
         joints but the root, which may have walked on and turned since the first frame: its window closes as ever. A
         signal goes on from its last value as it did from its first.
+    rate : number or str, optional
+        Frames a second of an array, which needs it; a clip has its own.
 
     Returns
     -------
-    Motion or Signal
-        Same rate, names and channels; ``warp.count_frames(motion.rate)`` frames.
+    Motion, Signal or float array, as `motion` is
+        Same rate, names and channels; ``warp.count_frames(rate)`` frames.
 
     Raises
     ------
     OptionError
-        The contacts are of another number of frames.
+        The contacts are of another number of frames, or something else was passed than is expected.
 
     Warns
     -----
@@ -96,14 +111,32 @@ def apply_warp(
     >>> ramp = Signal(("x",), np.arange(5.0)[:, None], Fraction(1))
     >>> apply_warp(ramp, Warp([0.0, 2.0], [0.0, 4.0]), average=False).values[:, 0].tolist()
     [0.0, 2.0, 4.0]
+    >>> apply_warp([0.0, 1.0, 2.0, 3.0, 4.0], Warp([0.0, 2.0], [0.0, 4.0]), rate=1, average=False).tolist()
+    [0.0, 2.0, 4.0]
     """
-    _compare_ranges(motion, warp)
+    if isinstance(motion, Warp) or isinstance(getattr(motion, "warp", None), Warp):
+        raise OptionError("the clip comes first: apply_warp(motion, warp)")
+    warp = as_warp(warp, "apply_warp(motion, warp)")
+    if contacts is not None and not isinstance(contacts, Contacts) and contacts != "find":
+        raise OptionError(f"contacts must be Contacts, 'find' or None; found {kind_of(contacts)}")
     if isinstance(motion, Motion):
+        if rate is not None:
+            raise OptionError("a motion has its own rate; rate= is for arrays")
+        _compare_ranges(motion, warp)
         if isinstance(contacts, Contacts):
             contacts.refuse_other(motion)
         if loop:
             _check_seam(motion)
-    return _apply(motion, warp, average, contacts, keep_root_path, loop)
+        return _apply(motion, warp, average, contacts, keep_root_path, loop)
+    if isinstance(motion, Signal):
+        if rate is not None:
+            raise OptionError("a signal has its own rate; rate= is for arrays")
+        _compare_ranges(motion, warp)
+        return _apply(motion, warp, average, contacts, keep_root_path, loop)
+    signal = signal_of(motion, rate, call="apply_warp(array, warp, rate=30)")
+    _compare_ranges(signal, warp)
+    shown = _apply(signal, warp, average, contacts, keep_root_path, loop).values
+    return shown.reshape(len(shown), *np.shape(motion)[1:])
 
 
 def _apply(
@@ -145,21 +178,9 @@ def _apply(
 
 def _compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
     """Warn where the warp and the motion don't cover the same input times, half a frame aside."""
-    name, near = motion.name or "the motion", 0.5 / float(motion.rate)
-    low, high = float(warp.input_times.min()), float(warp.input_times.max())
-    if low < -near or high > motion.end_time + near:
-        message = (
-            f"the warp reaches input times {low:g} to {high:g} s, but {name} runs from 0 to {motion.end_time:g} s; "
-            "it is held at its ends"
-        )
-    elif low > near or high < motion.end_time - near:
-        message = (
-            f"the warp uses input times {low:g} to {high:g} s; {name} runs from 0 to {motion.end_time:g} s, and the "
-            "rest of it is left out"
-        )
-    else:
-        return
-    warnings.warn(message, RetimeWarning, stacklevel=3)
+    problem = warp.range_problem(motion.end_time, float(motion.rate), motion.name or "the motion")
+    if problem:
+        warnings.warn(problem, RetimeWarning, stacklevel=3)
 
 
 def _check_seam(motion: Motion) -> None:
@@ -444,15 +465,27 @@ class SlipReport:
     plain: Slip
     contact_aware: Slip
 
+    def __repr__(self) -> str:
+        means = ", ".join(f"{name} {each.mean:.1f}" for name, each in self._measured())
+        return f"SlipReport(mean mm in {len(self.input.contacts)} contacts: {means})"
 
-def retimed_slip(motion: Motion, warp: Warp, *, contacts: Contacts | None = None, loop: bool = False) -> SlipReport:
+    def _repr_html_(self) -> str:
+        from retime.warp.report_picture import slip_html
+
+        return slip_html(self)
+
+    def _measured(self) -> list[tuple[str, Slip]]:
+        return [(field.name, getattr(self, field.name)) for field in fields(self)]
+
+
+def retimed_slip(motion: Motion, warp: WarpLike, *, contacts: Contacts | None = None, loop: bool = False) -> SlipReport:
     """Measure what a warp, and averaging, do to standing feet.
 
     Parameters
     ----------
     motion : Motion
         The input.
-    warp : Warp
+    warp : Warp or GuidedWarp
         From output time to input time.
     contacts : Contacts, optional
         When the input's feet stand; left out, they are found. An output frame is in a contact if the input is, at
@@ -466,6 +499,9 @@ def retimed_slip(motion: Motion, warp: Warp, *, contacts: Contacts | None = None
         Four measurements as `retime.motion.contacts.slip` defines them. Without averaging a foot is only where the
         input had it, so there is no more slip than in the input, but for the frame from which it is counted.
     """
+    if not isinstance(motion, Motion):
+        raise OptionError(f"expected retimed_slip(motion, warp) with a Motion, for feet slip; found {kind_of(motion)}")
+    warp = as_warp(warp, "retimed_slip(motion, warp)")
     _compare_ranges(motion, warp)
     if contacts is not None:
         contacts.refuse_other(motion)

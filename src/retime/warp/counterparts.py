@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion.joint_names import JointMatch, match_joints, mirror_partners, near_names, shorten, take_apart
 from retime.motion.kinematics import GlobalPoses, global_poses
@@ -53,6 +54,8 @@ class Counterpart:
     # Its reference's among all of them.
     place: int = 0
 
+    __repr__ = brief_repr
+
     def fault(self, message: str) -> OptionError:
         """Make an error that names the reference as what is at fault."""
         return OptionError(message, option="reference", item=self.place)
@@ -66,6 +69,8 @@ class Described:
     mirrored: Track | None
     match: JointMatch | None
 
+    __repr__ = brief_repr
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -73,6 +78,8 @@ class Column:
 
     track: Track
     others: tuple[Described, ...]
+
+    __repr__ = brief_repr
 
 
 def clip_names(clip: Clip) -> tuple[str, ...]:

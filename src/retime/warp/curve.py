@@ -11,16 +11,25 @@ import itertools
 import json
 import math
 import warnings
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from numbers import Integral, Real
+from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from retime.errors import FormatError, InfeasibleWarpError, OptionError
+from retime.brief import brief, kind_of
+from retime.errors import FormatError, InfeasibleWarpError, OptionError, RetimeWarning
+from retime.files import MOST_BYTES, read_bytes, write_bytes
+from retime.frames import frame_positions
 from retime.warp.strict_json import parse_json
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+ResampleMethod = Literal["linear", "nearest"]
 
 _VERSION = 1
 _MAX_KNOTS = 20_000_000
@@ -28,21 +37,121 @@ _MAX_KNOTS = 20_000_000
 _SAME_TIME = 1e-9
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True, order=True, init=False, repr=False, match_args=False)
 class Keytime:
     """At `output_time` the output shows the pose that the input has at `input_time`; both in seconds.
 
-    Attributes
+    Made by names. Where a keytime is written without them, as ``(input_time, output_time)`` or ``(input_time,
+    output_time, speed)``, the input comes first, as in ``--key IN=OUT``; every call that takes keytimes takes such
+    tuples too. Keytimes sort by output time.
+
+    Parameters
     ----------
-    output_time, input_time : float
-        Seconds from the first frame of the output, of the input.
+    input_time, output_time : float
+        Seconds from the first frame of the input, of the output.
     speed : float, optional
         Playback speed there (a tangent), above 0; a backward span has it backward. Left out, whatever comes.
+
+    Raises
+    ------
+    OptionError
+        A time or a speed is no number.
+
+    Warns
+    -----
+    DeprecationWarning
+        Arguments without names are taken as retime 0.1 took them, the output time first. A later release will refuse
+        them; none will take them the other way round.
+
+    Examples
+    --------
+    >>> Keytime(input_time=2.0, output_time=1.5)
+    Keytime(input_time=2.0, output_time=1.5)
     """
 
+    # Keytimes are compared, and so sorted, by their fields in this order.
     output_time: float
     input_time: float
     speed: float | None = field(default=None, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, input_time: float, output_time: float, speed: float | None = None) -> None: ...
+
+    else:
+
+        def __init__(self, *output_first: float, **named: float | None) -> None:
+            if output_first:
+                warnings.warn(
+                    "Keytime(output_time, input_time) without names is deprecated, for key tuples have the input "
+                    "first: write Keytime(input_time=..., output_time=...), or a tuple (input_time, output_time)",
+                    DeprecationWarning,
+                    stacklevel=2,
+                )
+            order = ("output_time", "input_time", "speed")
+            times = dict(zip(order, output_first, strict=False))
+            wrong = [name for name in named if name not in order or name in times]
+            missing = [name for name in ("input_time", "output_time") if name not in times and name not in named]
+            if len(output_first) > len(order) or wrong or missing:
+                raise TypeError(
+                    "expected Keytime(input_time=..., output_time=...), and speed=... where it has a tangent"
+                )
+            times.update(named)
+            for name in order:
+                value = times.get(name)
+                if value is not None or name != "speed":
+                    value = _real(value, f"the {name.replace('_', ' ')} of a keytime")
+                object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        speed = "" if self.speed is None else f", speed={self.speed!r}"
+        return f"Keytime(input_time={self.input_time!r}, output_time={self.output_time!r}{speed})"
+
+
+KeytimeLike = Keytime | Sequence[float]
+"""A keytime, or a tuple (input time, output time) or (input time, output time, speed)."""
+
+
+def keytime_of(key: KeytimeLike) -> Keytime:
+    """Take a keytime, or the numbers of one with the input time first.
+
+    Raises
+    ------
+    OptionError
+        Neither of them.
+
+    Examples
+    --------
+    >>> keytime_of((2.0, 1.5))
+    Keytime(input_time=2.0, output_time=1.5)
+    """
+    if isinstance(key, Keytime):
+        return key
+    if isinstance(key, str | bytes) or not isinstance(key, Sequence | np.ndarray) or len(key) not in (2, 3):
+        raise OptionError(
+            "expected a keytime: a tuple (input time, output time) in seconds, with a speed where it has a tangent; "
+            f"found {kind_of(key)}",
+            option="keys",
+        )
+    speed = key[2] if len(key) == 3 else None
+    return Keytime(input_time=key[0], output_time=key[1], speed=speed)
+
+
+def keytimes_of(keys: Sequence[KeytimeLike]) -> tuple[Keytime, ...]:
+    """Take several of what `keytime_of` takes."""
+    if isinstance(keys, str | bytes | Keytime) or not isinstance(keys, Iterable):
+        raise OptionError(
+            f"expected keytimes, as in [(0, 0), (2.0, 1.5)] with the input time first; found {kind_of(keys)}",
+            option="keys",
+        )
+    return tuple(keytime_of(key) for key in keys)
+
+
+def _real(value: object, what: str) -> float:
+    """Take a number of whatever type; a text is none, for only a clip's rate would say what it means."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return float(value)
+    raise OptionError(f"{what} must be a number, found {kind_of(value)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +176,11 @@ class Warp:
     OptionError
         Fewer than two knots, times (of knots or keytimes) that are not finite, or output times that don't increase.
 
+    Notes
+    -----
+    Two warps are equal where all of this is: the same knots, keytimes, tangents, method and name. As a function of time
+    a warp has its argument first, as ``np.interp`` has: output times, then input times.
+
     Examples
     --------
     >>> warp = Warp([0.0, 1.0, 2.0], [0.0, 2.0, 3.0])
@@ -74,6 +188,10 @@ class Warp:
     (1.0, [2.0, 1.0])
     >>> float(warp.inverse()(1.0))
     0.5
+    >>> warp.domain, float(warp(99.0))
+    ((0.0, 2.0), 3.0)
+    >>> warp
+    Warp(output 0 to 2 s, input 0 to 3 s, 3 knots)
     """
 
     output_times: FloatArray
@@ -83,8 +201,12 @@ class Warp:
     name: str = ""
 
     def __post_init__(self) -> None:
-        output_times = np.array(self.output_times, dtype=np.float64)
-        input_times = np.array(self.input_times, dtype=np.float64)
+        output_times = _times("output_times", self.output_times)
+        input_times = _times("input_times", self.input_times)
+        object.__setattr__(self, "keytimes", keytimes_of(self.keytimes))
+        for what in ("method", "name"):
+            if not isinstance(getattr(self, what), str):
+                raise OptionError(f"the {what} of a warp is text, found {kind_of(getattr(self, what))}")
         if output_times.ndim != 1 or output_times.shape != input_times.shape or len(output_times) < 2:
             raise OptionError(
                 "a warp needs two or more knots, one input time for each output time; found shapes "
@@ -107,6 +229,39 @@ class Warp:
         for name, array in (("output_times", output_times), ("input_times", input_times)):
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Warp):
+            return NotImplemented
+        return (
+            np.array_equal(self.output_times, other.output_times)
+            and np.array_equal(self.input_times, other.input_times)
+            and self._marks == other._marks
+        )
+
+    def __hash__(self) -> int:
+        # Adding 0 makes -0.0 the 0.0 that it equals.
+        return hash(((self.output_times + 0.0).tobytes(), (self.input_times + 0.0).tobytes(), self._marks))
+
+    @property
+    def _marks(self) -> tuple[object, ...]:
+        """What is not knots. Keytimes themselves are compared without their tangents."""
+        keys = tuple((key.input_time, key.output_time, key.speed) for key in self.keytimes)
+        return keys, self.method, self.name
+
+    def __repr__(self) -> str:
+        low, high = float(self.input_times.min()), float(self.input_times.max())
+        said = [brief(text) for text in (self.name, self.method) if text]
+        said += [f"output {self.output_start:.6g} to {self.output_end:.6g} s", f"input {low:.6g} to {high:.6g} s"]
+        said.append(f"{len(self.output_times)} knots")
+        if self.keytimes:
+            said.append(f"{len(self.keytimes)} keytime{'s' * (len(self.keytimes) != 1)}")
+        return f"Warp({', '.join(said)})"
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        """Output times of the first knot and the last, seconds; beyond them the warp holds its ends."""
+        return self.output_start, self.output_end
 
     @property
     def output_start(self) -> float:
@@ -158,11 +313,18 @@ class Warp:
         return bool(np.all(self.input_times[1:] > self.input_times[:-1]))
 
     def __call__(self, output_times: ArrayLike) -> FloatArray:
-        """Return the input time (seconds) shown at each output time (seconds); held at the ends outside."""
+        """Return the input time (seconds) shown at each output time (seconds).
+
+        Outside of `domain` the warp holds its ends: before the first knot it shows the first input time, after the last
+        knot the last one.
+        """
         return np.asarray(np.interp(np.asarray(output_times, dtype=np.float64), self.output_times, self.input_times))
 
     def speed(self, output_times: ArrayLike) -> FloatArray:
-        """Return the playback speed at each output time; at a knot, that of the piece after it."""
+        """Return the playback speed at each output time; at a knot, that of the piece after it.
+
+        Outside of `domain`, that of the first or the last piece.
+        """
         slopes = self.slopes
         piece = np.searchsorted(self.output_times, np.asarray(output_times, dtype=np.float64), side="right") - 1
         return slopes[np.clip(piece, 0, len(slopes) - 1)]
@@ -180,7 +342,7 @@ class Warp:
             raise InfeasibleWarpError(
                 f"the warp holds or runs backward from output time {self.output_times[piece]:g} s, so it has no inverse"
             )
-        keytimes = tuple(Keytime(key.input_time, key.output_time) for key in self.keytimes)
+        keytimes = tuple(Keytime(input_time=key.output_time, output_time=key.input_time) for key in self.keytimes)
         return replace(self, output_times=self.input_times, input_times=self.output_times, keytimes=keytimes)
 
     def compose(self, first: Warp) -> Warp:
@@ -275,6 +437,120 @@ class Warp:
             piece = piece + 1
         return np.asarray(centre + area / (2 * half))
 
+    def to_frame_indices(self, rate: float, n_frames: int) -> IntArray:
+        """Say which input frame each output frame shows, to the nearest.
+
+        Parameters
+        ----------
+        rate : float
+            Frames a second, of the input and of the output.
+        n_frames : int
+            Frames of the input.
+
+        Returns
+        -------
+        int array, shape (n_output,)
+            Counted from 0. There are as many as `retime.apply_warp` gives a motion of this rate.
+
+        Raises
+        ------
+        OptionError
+            The rate is not above 0, or there is no frame.
+
+        Warns
+        -----
+        RetimeWarning
+            The warp and the input don't cover the same input times.
+
+        Examples
+        --------
+        >>> Warp([0.0, 2.0], [0.0, 4.0]).to_frame_indices(1, 5).tolist()
+        [0, 2, 4]
+        """
+        before, after, share = self._places(rate, n_frames)
+        return np.asarray(np.where(share < 0.5, before, after))
+
+    def resample(self, array: ArrayLike, rate: float, *, method: ResampleMethod = "linear") -> NDArray[Any]:
+        """Show numbers, or labels, with this timing: only what the input has at those times, nothing is averaged.
+
+        `retime.apply_warp` averages where the warp is fast; for labels and for frames that a detector is to see again,
+        that would be wrong.
+
+        Parameters
+        ----------
+        array : array, shape (n_frames, ...)
+            One row a frame.
+        rate : float
+            Its frames a second, which the output keeps.
+        method : {"linear", "nearest"}
+            ``linear`` interpolates between frames; ``nearest`` takes the nearest frame's own values, of whatever type.
+
+        Returns
+        -------
+        array, shape (n_output, ...)
+            Of floats, or complex numbers, where interpolated; else of the type of `array`.
+
+        Raises
+        ------
+        OptionError
+            The rate is not above 0, there is no frame, no such method, or what is no number would be interpolated.
+
+        Warns
+        -----
+        RetimeWarning
+            The warp and the array don't cover the same input times.
+
+        Examples
+        --------
+        >>> half = Warp([0.0, 4.0], [0.0, 2.0])
+        >>> half.resample([0.0, 10.0, 20.0], 1).tolist()
+        [0.0, 5.0, 10.0, 15.0, 20.0]
+        >>> half.resample(["walk", "walk", "jump"], 1, method="nearest").tolist()
+        ['walk', 'walk', 'walk', 'jump', 'jump']
+        """
+        if method not in get_args(ResampleMethod):
+            raise OptionError(f"the method must be one of {', '.join(get_args(ResampleMethod))}; found {method!r}")
+        values = np.asarray(array)
+        if values.ndim == 0:
+            raise OptionError(f"expected an array with a row for each frame, found {kind_of(array)}")
+        if method == "linear" and values.dtype.kind not in "iufc":
+            raise OptionError(
+                f"values of type {values.dtype} can't be interpolated: method='nearest' takes them as they are"
+            )
+        before, after, share = self._places(rate, len(values))
+        if method == "nearest":
+            return np.asarray(values[np.where(share < 0.5, before, after)])
+        share = share.reshape(-1, *[1] * (values.ndim - 1))
+        start = values[before].astype(np.result_type(values.dtype, np.float64))
+        return np.asarray(start + share * (values[after] - start))
+
+    def _places(self, rate: float, n_frames: int) -> tuple[IntArray, IntArray, FloatArray]:
+        """Place the output frames among the frames of an input, as `frame_positions` does."""
+        if not isinstance(rate, Real) or isinstance(rate, bool) or not 0 < float(rate) < math.inf:
+            raise OptionError(f"the rate must be a number of frames a second above 0, found {kind_of(rate)}")
+        if not isinstance(n_frames, Integral) or isinstance(n_frames, bool) or n_frames < 1:
+            raise OptionError(f"the number of input frames must be 1 or more, found {kind_of(n_frames)}")
+        problem = self.range_problem(float((n_frames - 1) / rate), float(rate), "the input")
+        if problem:
+            warnings.warn(problem, RetimeWarning, stacklevel=3)
+        return frame_positions(self(output_frame_times(self, float(rate))), float(rate), n_frames)
+
+    def range_problem(self, end_time: float, rate: float, name: str) -> str:
+        """Say how the input times differ from those of a clip's frames, half a frame aside; "" where they don't."""
+        near = 0.5 / rate
+        low, high = float(self.input_times.min()), float(self.input_times.max())
+        if low < -near or high > end_time + near:
+            return (
+                f"the warp reaches input times {low:g} to {high:g} s, but {name} runs from 0 to {end_time:g} s; "
+                "it is held at its ends"
+            )
+        if low > near or high < end_time - near:
+            return (
+                f"the warp uses input times {low:g} to {high:g} s; {name} runs from 0 to {end_time:g} s, and the "
+                "rest of it is left out"
+            )
+        return ""
+
     def _repr_html_(self) -> str:
         from retime.warp.picture import warp_html
 
@@ -287,6 +563,7 @@ class Warp:
             "version": _VERSION,
             "method": self.method,
             "name": self.name,
+            # The output time first, as in the files of all versions.
             "keytimes": [
                 [key.output_time, key.input_time] + ([] if key.speed is None else [key.speed]) for key in self.keytimes
             ],
@@ -317,7 +594,10 @@ class Warp:
             raise FormatError(
                 "keytimes: expected [output time, input time] in seconds, and a speed where it has a tangent"
             )
-        keytimes = [Keytime(*_numbers("keytimes", pair).tolist()) for pair in pairs]
+        rows = [_numbers("keytimes", pair).tolist() for pair in pairs]
+        keytimes = [
+            Keytime(output_time=row[0], input_time=row[1], speed=row[2] if len(row) == 3 else None) for row in rows
+        ]
         texts = {key: document.get(key, "") for key in ("method", "name")}
         for key, value in texts.items():
             if not isinstance(value, str):
@@ -332,6 +612,105 @@ class Warp:
             )
         except OptionError as error:
             raise FormatError(str(error)) from None
+
+    def save(self, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+        """Write the warp to a JSON file, whole or not at all; `Warp.load` and every command read it.
+
+        Raises
+        ------
+        OutputExistsError
+            The file is there, and `overwrite` is not set.
+        OSError
+            It can't be written.
+        """
+        write_bytes(path, self.to_json().encode(), overwrite=overwrite)
+
+    @classmethod
+    def load(cls, path: str | PathLike[str], *, most_bytes: int = MOST_BYTES) -> Warp:
+        """Read a warp from a JSON file that `save` (or ``retime warp --save``) made.
+
+        Parameters
+        ----------
+        path : path-like
+            The file.
+        most_bytes : int
+            A larger file is refused.
+
+        Raises
+        ------
+        FormatError
+            Not a warp; says where and why.
+        OSError
+            The file can't be opened.
+
+        Examples
+        --------
+        >>> import pathlib, tempfile
+        >>> warp = Warp([0.0, 2.0], [0.0, 3.0], name="walk")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     warp.save(pathlib.Path(folder, "walk.json"))
+        ...     Warp.load(pathlib.Path(folder, "walk.json")) == warp
+        True
+        """
+        try:
+            return cls.from_json(read_bytes(path, most_bytes))
+        except FormatError as error:
+            raise FormatError(error.problem, path=path, line=error.line, column=error.column, byte=error.byte) from None
+
+
+class CarriesWarp(Protocol):
+    """What has a warp, as `retime.GuidedWarp` has."""
+
+    @property
+    def warp(self) -> Warp:
+        """The warp."""
+
+
+WarpLike = Warp | CarriesWarp
+"""A warp, or a result that has one."""
+
+
+def as_warp(value: WarpLike, call: str) -> Warp:
+    """Take a warp, or the warp of a result.
+
+    Parameters
+    ----------
+    value : Warp or GuidedWarp
+        As it was passed.
+    call : str
+        How the call is written, for the message.
+
+    Raises
+    ------
+    OptionError
+        Neither of them.
+    """
+    if isinstance(value, Warp):
+        return value
+    carried = getattr(value, "warp", None)
+    if isinstance(carried, Warp):
+        return carried
+    remedy = "; a file is read by Warp.load(path)" if isinstance(value, str | PathLike) else ""
+    raise OptionError(f"expected {call} with a Warp or what guided_warp returns; found {kind_of(value)}{remedy}")
+
+
+def output_frame_times(warp: Warp, rate: float) -> FloatArray:
+    """Return the output time of each frame that a warp gives at `rate`, seconds; the last one is the warp's end."""
+    n_output = warp.count_frames(rate)
+    times = warp.output_start + np.arange(n_output) / rate
+    if n_output > 1:
+        times[-1] = warp.output_end
+    return times
+
+
+def _times(what: str, values: object) -> FloatArray:
+    try:
+        array = np.array(values)
+        if array.dtype.kind not in "iufb" and array.dtype != object:
+            raise ValueError
+        return array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise OptionError(f"the {what} of a warp must be numbers, in seconds; found {kind_of(values)}") from None
 
 
 def _is_number(value: object) -> bool:

@@ -9,14 +9,19 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retime.errors import MissingExtraError
 from retime.kernels import FloatArray, IntArray
 from retime.warp.control import BoolArray, LockedSpan
 from retime.warp.keytimes import Reduction
 from retime.warp.path import FramePath
 from retime.warp.score import Model, matched_frames
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +63,44 @@ class Explanation:
     binding: tuple[str, ...]
     reference_names: tuple[str, ...]
     seam_cost: float = 0.0
+
+    def __repr__(self) -> str:
+        bound = sorted({word for words in self.binding for word in words.split("+") if word})
+        scores = self.scores[np.isfinite(self.scores)]
+        mean = f"mean score {scores.mean():.4g}" if len(scores) else "no scores"
+        return f"Explanation({len(self.output_times)} output frames, {mean}, binding: {', '.join(bound) or 'nothing'})"
+
+    def _repr_html_(self) -> str:
+        from retime.warp.report_picture import explanation_html
+
+        return explanation_html(self)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a pandas table: one row an output frame, with the columns of `to_csv`.
+
+        Raises
+        ------
+        MissingExtraError
+            pandas is not installed.
+        """
+        try:
+            import pandas as pd
+        except ImportError as error:
+            raise MissingExtraError("a table of an explanation", package="pandas", extra="pandas") from error
+        columns: dict[str, object] = {
+            "output_time": self.output_times,
+            "input_time": self.input_times,
+            "speed": self.speeds,
+            "score": self.scores,
+            "cost": self.costs,
+        }
+        names = np.array([*self.reference_names, ""], dtype=object)
+        for i in range(self.references.shape[1]):
+            # Frames without a match have -1, which is the last name.
+            columns[f"reference_{i + 1}"] = names[self.references[:, i]]
+            columns[f"reference_time_{i + 1}"] = self.reference_times[:, i]
+        columns["binding"] = list(self.binding)
+        return pd.DataFrame(columns)
 
     def to_csv(self) -> str:
         """Return a table with a header: one row an output frame, one pair of columns a matched reference frame."""

@@ -13,10 +13,12 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.brief import brief_repr
 from retime.errors import OptionError
+from retime.frames import frame_positions
 from retime.motion.joint_names import near_names
 from retime.motion.kinematics import GlobalPoses, global_poses, heading_positions, rises_along_y, torso_positions
-from retime.motion.motion import Motion, frame_positions
+from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 
@@ -62,6 +64,8 @@ class PoseOptions:
     weights: Mapping[str, float] = field(default_factory=dict)
     scales: Mapping[str, float] = field(default_factory=dict)
     scale_signals: bool = True
+
+    __repr__ = brief_repr
 
     def __post_init__(self) -> None:
         if self.space is not None and self.space not in POSE_SPACES:
@@ -297,6 +301,8 @@ class Track:
     rate: Fraction
     # The vectors low-passed at the last cutoff: a clip is read many times while its keytimes are dragged.
     _passed: dict[float, FloatArray] = field(default_factory=dict, init=False, repr=False)
+
+    __repr__ = brief_repr
 
     @property
     def end_time(self) -> float:

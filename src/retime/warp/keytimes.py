@@ -16,6 +16,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
+from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
 from retime.motion.motion import Motion
@@ -61,6 +62,8 @@ class Reduction:
     rate: float
     upsamples: tuple[int, ...]
     free: bool = False
+
+    __repr__ = brief_repr
 
     @property
     def n_input(self) -> int:
@@ -154,7 +157,7 @@ def as_keytimes(
                 output_times=(pairs[-1].output_time,),
             )
     if all(key.output_time != 0.0 for key in pairs):
-        pairs.append(Keytime(0.0, 0.0))
+        pairs.append(Keytime(input_time=0.0, output_time=0.0))
     last = max(pairs)
     if length == "free":
         if abs(last.input_time - motion.end_time) < 1e-9:
@@ -164,7 +167,7 @@ def as_keytimes(
                 option="length",
                 output_times=(last.output_time,),
             )
-        return (*_without_doubles(pairs), Keytime(math.inf, motion.end_time))
+        return (*_without_doubles(pairs), Keytime(input_time=motion.end_time, output_time=math.inf))
     if length is not None:
         end = float((parse_length(length, motion.n_frames, rate) - 1) / rate)
         if last.output_time > end + 1e-9:
@@ -176,7 +179,7 @@ def as_keytimes(
     else:
         end = last.output_time + (motion.end_time - last.input_time)
     if end > last.output_time + 1e-9:
-        pairs.append(Keytime(end, motion.end_time))
+        pairs.append(Keytime(input_time=motion.end_time, output_time=end))
     return _without_doubles(pairs)
 
 
@@ -185,7 +188,11 @@ def _as_keytime(key: Sequence[float | str | None], rate: Fraction) -> Keytime:
     if isinstance(key, str) or len(key) not in (2, 3) or key[0] is None or key[1] is None:
         raise OptionError(f"a key is (input time, output time), with a speed where it has a tangent; found {key!r}")
     speed = key[2] if len(key) == 3 else None
-    return Keytime(parse_time(key[1], rate), parse_time(key[0], rate), None if speed is None else parse_speed(speed))
+    return Keytime(
+        input_time=parse_time(key[0], rate),
+        output_time=parse_time(key[1], rate),
+        speed=None if speed is None else parse_speed(speed),
+    )
 
 
 def _without_doubles(keytimes: Sequence[Keytime]) -> tuple[Keytime, ...]:

@@ -11,6 +11,7 @@ from typing import SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import Backend, FloatArray, IntArray, PathProblem, backend
 
@@ -45,6 +46,8 @@ class FramePath:
     lower_bound: float
     optimal: bool
     search: str
+
+    __repr__ = brief_repr
 
 
 def shortest_path(

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion.joint_names import JointMatch, near_names
 from retime.motion.motion import Motion
@@ -59,6 +60,8 @@ class Reference:
     joint_map: Mapping[str, str] = field(default_factory=dict)
     name: str = ""
 
+    __repr__ = brief_repr
+
     def __post_init__(self) -> None:
         _as_group(self.motion)
         if not (np.isfinite(self.weight) and self.weight > 0):
@@ -100,6 +103,8 @@ class PoseTracks:
     mirrored: bool = False
     matches: tuple[JointMatch | None, ...] = ()
 
+    __repr__ = brief_repr
+
     @property
     def end_time(self) -> float:
         """Time of the last frame that all clips have, seconds."""
@@ -134,6 +139,8 @@ class ModelPoses:
 
     input: PoseTracks
     references: tuple[PoseTracks, ...]
+
+    __repr__ = brief_repr
 
 
 def model_poses(

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from retime.kernels import FloatArray
+from retime.svg import facts_html, stacked
 from retime.warp.control import BoolArray, LockedSpan
 from retime.warp.curve import Warp
 from retime.warp.explain import Explanation, explain_path
 from retime.warp.keytimes import Reduction
 from retime.warp.path import FramePath
-from retime.warp.picture import facts_html, warp_html
+from retime.warp.picture import warp_html
 from retime.warp.score import Model
 
 
@@ -71,6 +72,13 @@ class GuidedWarp:
     score: str
     excess: float | None = None
     seconds: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        proof = "proved optimal" if self.path.optimal else "not proved optimal"
+        return (
+            f"GuidedWarp({self.n_output} of {self.n_input} frames at {self.rate:g} Hz, total {self.total:.6g}, "
+            f"{proof}, warp={self.warp!r})"
+        )
 
     @property
     def n_input(self) -> int:
@@ -131,4 +139,4 @@ class GuidedWarp:
             "optimal": "proved" if self.path.optimal else "no",
             "seconds": f"{sum(self.seconds.values()):.3f}",
         }
-        return warp_html(self.warp) + facts_html(facts)
+        return stacked(warp_html(self.warp), facts_html(facts))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.kernels import Backend, FloatArray, IntArray, backend
 from retime.kernels.numpy_backend import mean_in_order, nearest_features, squared_distances
@@ -52,6 +53,8 @@ class Model:
     origin: FloatArray
     velocity: float
     acceleration: float
+
+    __repr__ = brief_repr
 
     @property
     def n_numbers(self) -> int:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from retime.brief import brief_repr
 from retime.kernels import FloatArray
 from retime.warp.keytimes import Reduction, nearest_frame
 
@@ -36,6 +37,8 @@ class ScoreTable:
     max_skip: int
     scores: FloatArray
     poses: FloatArray
+
+    __repr__ = brief_repr
 
     def serves(self, reduction: Reduction, max_skip: int) -> bool:
         """Whether it holds these scores."""

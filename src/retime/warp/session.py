@@ -108,6 +108,10 @@ class Session:
         self._table: ScoreTable | None = None
         self._analysis_seconds = {"features": clock.lap()}
 
+    def __repr__(self) -> str:
+        clips = ", ".join(map(repr, self.clips))
+        return f"Session({clips if len(clips) <= 200 else f'{len(self.clips)} clips'}, analysed at {self.rate:g} Hz)"
+
     def solve(
         self,
         *,

@@ -6,20 +6,34 @@ import itertools
 import math
 import warnings
 from collections.abc import Sequence
+from fractions import Fraction
 
 import numpy as np
 
 from retime.errors import InfeasibleWarpError, RetimeWarning
 from retime.kernels import FloatArray
-from retime.warp.curve import Keytime, Warp, add_times, check_speed
+from retime.motion.rate import parse_rate
+from retime.warp.curve import Keytime, KeytimeLike, Warp, add_times, check_speed, keytimes_of
 
 
-def linear_warp(keytimes: Sequence[Keytime]) -> Warp:
+def linear_warp(keytimes: Sequence[KeytimeLike]) -> Warp:
     """Join keytimes by straight lines: constant speed in each span.
+
+    Parameters
+    ----------
+    keytimes : sequence of Keytime, or of (input time, output time)
+        At least two; seconds.
+
+    Raises
+    ------
+    InfeasibleWarpError
+        Fewer than two keytimes, or two at one output time.
+    OptionError
+        Something that is no keytime.
 
     Examples
     --------
-    >>> linear_warp([Keytime(0.0, 0.0), Keytime(2.0, 3.0)]).slopes.tolist()
+    >>> linear_warp([(0.0, 0.0), (3.0, 2.0)]).slopes.tolist()
     [1.5]
     """
     ordered = _ordered(keytimes)
@@ -31,7 +45,7 @@ def linear_warp(keytimes: Sequence[Keytime]) -> Warp:
     )
 
 
-def spline_warp(keytimes: Sequence[Keytime], *, rate: float = 120.0) -> Warp:
+def spline_warp(keytimes: Sequence[KeytimeLike], *, rate: str | float | Fraction = 120.0) -> Warp:
     """Join keytimes by a cubic that is smooth and never turns back between them (Fritsch and Carlson 1980).
 
     Slopes at the keytimes are PCHIP's, or the tangents where there are any. A slope beyond three times the mean speed
@@ -39,10 +53,17 @@ def spline_warp(keytimes: Sequence[Keytime], *, rate: float = 120.0) -> Warp:
 
     Parameters
     ----------
-    keytimes : sequence of Keytime
-        At least two. With only two and no tangent, the spline is the straight line.
-    rate : float
+    keytimes : sequence of Keytime, or of (input time, output time) or (input time, output time, speed)
+        At least two; seconds. With only two and no tangent, the spline is the straight line.
+    rate : number or str
         Knots a second of output.
+
+    Raises
+    ------
+    InfeasibleWarpError
+        Fewer than two keytimes, or two at one output time.
+    OptionError
+        Something that is no keytime, or no rate.
 
     Warns
     -----
@@ -51,7 +72,7 @@ def spline_warp(keytimes: Sequence[Keytime], *, rate: float = 120.0) -> Warp:
 
     Examples
     --------
-    >>> warp = spline_warp([Keytime(0.0, 0.0), Keytime(1.0, 1.0, 2.0), Keytime(2.0, 3.0)], rate=1000)
+    >>> warp = spline_warp([(0.0, 0.0), (1.0, 1.0, 2.0), (3.0, 2.0)], rate=1000)
     >>> warp.speed([0.9999, 1.0]).round(2).tolist()
     [2.0, 2.0]
     """
@@ -61,7 +82,7 @@ def spline_warp(keytimes: Sequence[Keytime], *, rate: float = 120.0) -> Warp:
     output_times = np.array([key.output_time for key in ordered])
     input_times = np.array([key.input_time for key in ordered])
     start, end = output_times[0], output_times[-1]
-    n_knots = max(2, round((end - start) * rate) + 1)
+    n_knots = max(2, round((end - start) * float(parse_rate(rate))) + 1)
     times = add_times(output_times, np.linspace(start, end, n_knots))
     spline = PchipInterpolator(output_times, input_times)
     if all(key.speed is None for key in ordered):
@@ -109,8 +130,8 @@ def _hermite(
     return np.asarray(input_times[span] + t * (rise + (1 - t) * (a * (1 - t) + b * t)))
 
 
-def _ordered(keytimes: Sequence[Keytime]) -> tuple[Keytime, ...]:
-    ordered = tuple(sorted(keytimes))
+def _ordered(keytimes: Sequence[KeytimeLike]) -> tuple[Keytime, ...]:
+    ordered = tuple(sorted(keytimes_of(keytimes)))
     if len(ordered) < 2:
         raise InfeasibleWarpError("a warp needs at least two keytimes, its ends")
     for key in ordered:

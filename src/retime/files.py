@@ -11,11 +11,13 @@ from os import PathLike
 from pathlib import Path
 
 from retime.errors import FormatError, OutputExistsError
-from retime.formats.options import Limits
+
+MOST_BYTES = 1 << 30
+"""Of a file that is read, where nobody says otherwise."""
 
 
-def read_bytes(path: str | PathLike[str], limits: Limits) -> bytes:
-    """Read a file, but no more than ``limits.file_bytes`` of it.
+def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
+    """Read a file of at most `most` bytes.
 
     Raises
     ------
@@ -32,11 +34,10 @@ def read_bytes(path: str | PathLike[str], limits: Limits) -> bytes:
         raise FormatError("this is not a regular file", path=path)
     with path.open("rb") as file:
         # One byte more than it had a moment ago: the buffer is made before the reading, and the file may grow.
-        data = file.read(min(status.st_size, limits.file_bytes) + 1)
-    if len(data) > limits.file_bytes:
+        data = file.read(min(status.st_size, most) + 1)
+    if len(data) > most:
         raise FormatError(
-            f"the file has {max(status.st_size, len(data))} bytes, the limit is {limits.file_bytes} "
-            "(Limits.file_bytes)",
+            f"the file has {max(status.st_size, len(data))} bytes, the limit is {most} (Limits.file_bytes)",
             path=path,
         )
     return data
