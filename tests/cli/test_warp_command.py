@@ -310,7 +310,7 @@ def test_defaults_in_help_are_those_of_the_library(run) -> None:
         (["--reference-frames", "1:2"], "needs at least 5"),
         (["--reference-frames", "0:99", "--method", "linear"], "--reference-frames would have no effect"),
         (["--reference-fps", "30"], "--reference-fps needs --reference"),
-        (["--plot", "warp.pdf"], ".svg or .png"),
+        (["--plot", "warp.gif"], ".svg or .pdf or .png"),
         (["--lenght", "65%"], "--length"),
     ],
 )

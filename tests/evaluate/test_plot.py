@@ -342,8 +342,18 @@ class TestFiles:
         for name in ("first", "second"):
             plot_warps([LINEAR, keeping_flight(motion, 0.8)], motion=motion, path=tmp_path / f"{name}.svg")
             plot_warps([LINEAR], path=tmp_path / f"{name}.png")
-        for suffix in (".svg", ".png"):
+            plot_warps([LINEAR], path=tmp_path / f"{name}.pdf")
+        for suffix in (".svg", ".pdf", ".png"):
             assert (tmp_path / f"first{suffix}").read_bytes() == (tmp_path / f"second{suffix}").read_bytes()
+
+    def test_a_pdf_is_one_page_with_its_letters(self, tmp_path: Path) -> None:
+        plot_warps([LINEAR], path=tmp_path / "warp.pdf")
+        data = (tmp_path / "warp.pdf").read_bytes()
+        assert data.startswith(b"%PDF-")
+        assert data.count(b"/Type /Page ") == 1
+        # Type 3 fonts are drawings of letters.
+        assert b"/Type3" not in data
+        assert b"/FontFile2" in data
 
     def test_the_users_own_style_does_not_show(self, tmp_path: Path) -> None:
         plot_warps([LINEAR], path=tmp_path / "plain.svg")
@@ -362,9 +372,9 @@ class TestFiles:
         ElementTree.parse(path)
         assert list(tmp_path.iterdir()) == [path]
 
-    @pytest.mark.parametrize("name", ["warp.pdf", "warp", "warp.svg.gz"])
+    @pytest.mark.parametrize("name", ["warp.gif", "warp", "warp.svg.gz"])
     def test_another_ending_is_refused_before_any_work(self, name: str, tmp_path: Path) -> None:
-        with pytest.raises(FormatError, match=r"written as \.svg or \.png"):
+        with pytest.raises(FormatError, match=r"written as \.svg, \.pdf, \.png"):
             plot_warps([LINEAR], path=tmp_path / name)
         assert not list(tmp_path.iterdir())
 
@@ -392,7 +402,7 @@ class TestFiles:
 class TestRefusals:
     @pytest.mark.parametrize("warps", [[], {}])
     def test_no_warp(self, warps: list[Warp]) -> None:
-        with pytest.raises(OptionError, match="no warp to plot"):
+        with pytest.raises(OptionError, match="no warp to show"):
             plot_warps(warps)
 
     @pytest.mark.parametrize("n_poses", [1, 0, -3])
@@ -441,3 +451,39 @@ def test_on_a_real_jump_the_guided_row_has_as_many_poses_as_the_input(clip: str,
     assert abs(durations[1] - durations[0]) > 0.1 * durations[0]
     texts = [next(text for text in texts_of(row) if "pose" in text) for row in strip_of(figure)[::2]]
     assert texts[0] == texts[1]
+
+
+class TestOnAxesOfOnesOwn:
+    @pytest.mark.parametrize("panel", ["speed", "map"])
+    def test_a_panel_is_the_one_of_the_whole_picture(self, panel) -> None:
+        mine = Figure()
+        left, right = mine.subplots(1, 2)
+        assert plot_warps({"linear": LINEAR}, ax=right, panel=panel) is mine
+        whole = axes_of(plot_warps({"linear": LINEAR}), panel)
+        np.testing.assert_array_equal(line_of(right, "linear").get_xydata(), line_of(whole, "linear").get_xydata())
+        assert (right.get_xlim(), right.get_ylim()) == (whole.get_xlim(), whole.get_ylim())
+        assert not left.lines
+        assert mine.axes == [left, right]
+
+    def test_on_a_part_of_a_figure_the_whole_is_returned_and_written(self, tmp_path: Path) -> None:
+        mine = Figure()
+        part = mine.subfigures(1, 2)[0]
+        assert plot_warps([LINEAR], ax=part.subplots(), path=tmp_path / "mine.pdf") is mine
+        assert (tmp_path / "mine.pdf").read_bytes().startswith(b"%PDF-")
+
+    def test_flights_are_shaded_there_too(self) -> None:
+        motion = jumper(lead=0.5, rest=0.5)
+        axes = Figure().subplots()
+        plot_warps([keeping_flight(motion, 0.8)], motion=motion, ax=axes)
+        assert any(patch.get_label() == "_flights" for patch in axes.patches)
+
+    @pytest.mark.parametrize(
+        ("options", "says"),
+        [
+            ({"panel": "strip"}, "one of speed, map; found 'strip'"),
+            ({"title": "mine"}, "no title"),
+        ],
+    )
+    def test_what_has_no_place_there_is_refused(self, options, says: str) -> None:
+        with pytest.raises(OptionError, match=says):
+            plot_warps([LINEAR], ax=Figure().subplots(), **options)

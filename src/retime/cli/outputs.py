@@ -9,8 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
-
-PLOT_SUFFIXES = (".svg", ".png")
+from retime.evaluate.plot_style import PLOT_SUFFIXES
 
 
 def check_outputs(outputs: Mapping[str, Path | None], *, inputs: Iterable[Path], force: bool) -> None:

@@ -32,7 +32,7 @@ _EXAMPLES = "\b\nExamples\n  retime plot linear.json guided.json --motion walk.b
     metavar="FILE",
     type=PATH,
     required=True,
-    help="Where to write the picture (.svg, .png).",
+    help="Where to write the picture (.svg, .pdf, .png).",
 )
 @click.option(
     "--title", cls=Option, metavar="TEXT", default="", default_text="the clip's name", help="What stands above."

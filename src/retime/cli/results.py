@@ -50,7 +50,7 @@ _OPTIONS = (
         cls=Option,
         metavar="FILE",
         type=PATH,
-        help="Draw the warp beside linear, and spline where there are keys, over what was binding (.svg, .png).",
+        help="Draw the warp beside linear, and spline where there are keys, over what was binding (.svg, .pdf, .png).",
     ),
     click.option(
         "--explain",

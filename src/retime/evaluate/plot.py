@@ -7,17 +7,17 @@ import warnings
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from retime.errors import FormatError, MissingExtraError, OptionError
 from retime.evaluate.plot_panels import draw_keys, draw_map, draw_speed, draw_strip
 from retime.evaluate.plot_reasons import draw_reasons, most_score, reasons_height
-from retime.evaluate.plot_style import GREY, STYLE, pens_for, shown
+from retime.evaluate.plot_style import GREY, PLOT_SUFFIXES, STYLE, pens_for, shown
 from retime.evaluate.strip import DEFAULT_N_POSES, Strip, flight_times, plan_strip
 from retime.files import write_bytes
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Keytime, KeytimeLike, Warp, WarpLike, as_warp, keytimes_of
 from retime.warp.explain import Explanation
 from retime.warp.spline import linear_warp, spline_warp
 
@@ -40,16 +40,21 @@ _REASONS_GAP = 0.36
 _KEYS_HEIGHT, _KEYS_GAP = 0.17, 0.08
 _PNG_DPI = 200
 
+Panel = Literal["speed", "map"]
+"""A panel that can be drawn alone."""
+
 
 def plot_warps(
-    warps: Mapping[str, Warp] | Sequence[Warp],
+    warps: WarpLike | Mapping[str, WarpLike] | Sequence[WarpLike],
     *,
     motion: Motion | Signal | None = None,
     path: str | PathLike[str] | None = None,
-    keytimes: Sequence[Keytime] | None = None,
+    keytimes: Sequence[KeytimeLike] | None = None,
     title: str = "",
     n_poses: int = DEFAULT_N_POSES,
     explanation: Explanation | None = None,
+    ax: Axes | None = None,
+    panel: Panel = "speed",
     overwrite: bool = False,
 ) -> Figure:
     """Draw warps: playback speed, time map, and a strip of the motion at even output times.
@@ -79,13 +84,14 @@ def plot_warps(
 
     Parameters
     ----------
-    warps : mapping of str to Warp, or sequence of Warp
+    warps : Warp or GuidedWarp, sequence of them, or mapping of str to them
         What to compare, at least one. The names of a mapping are the labels; else each warp's name, or method.
     motion : Motion or Signal, optional
         The input of the warps.
     path : path-like, optional
-        Where to write the picture; the ending says what: ``.svg`` or ``.png``. The same warps give the same bytes.
-    keytimes : sequence of Keytime, optional
+        Where to write the picture; the ending says what: ``.svg``, ``.pdf`` or ``.png``. The same warps give the same
+        bytes.
+    keytimes : sequence of Keytime, or of (input time, output time), optional
         What to mark. Left out: the keytimes that the warps carry.
     title : str
         Stands above; left out, the motion's name.
@@ -93,6 +99,10 @@ def plot_warps(
         About how many poses the longest row of the strip gets; samples, for a signal.
     explanation : Explanation, optional
         Of one of the warps (`GuidedWarp.explain`).
+    ax : matplotlib.axes.Axes, optional
+        Draw one panel, on these axes of your own figure. Of the `motion` only the flights are then shown.
+    panel : {"speed", "map"}
+        Which one that is.
     overwrite : bool
         Replace a file that is there.
 
@@ -100,16 +110,17 @@ def plot_warps(
     -------
     matplotlib.figure.Figure
         The picture, with no window and no part in pyplot. Its axes are labelled ``speed``,
-        ``keys`` (where there are keytimes), ``reasons``, ``map``, and ``strip`` with the name of the row.
+        ``keys`` (where there are keytimes), ``reasons``, ``map``, and ``strip`` with the name of the row. Where `ax` is
+        given, its figure.
 
     Raises
     ------
     MissingExtraError
         matplotlib is not installed.
     OptionError
-        No warp, or fewer than 2 poses.
+        No warp, fewer than 2 poses, no such panel, or more than one panel is asked for on one of axes.
     FormatError
-        The path ends in neither .svg nor .png.
+        The path ends in none of .svg, .pdf and .png.
     OutputExistsError
         The file is there, and `overwrite` is not set.
 
@@ -118,11 +129,25 @@ def plot_warps(
     >>> figure = plot_warps([Warp([0.0, 2.0], [0.0, 3.0], method="linear")])
     >>> [axes.get_label() for axes in figure.axes]
     ['speed', 'map']
+
+    In a figure of your own:
+
+    >>> from matplotlib.figure import Figure
+    >>> mine = Figure()
+    >>> plot_warps({"linear": Warp([0.0, 2.0], [0.0, 3.0])}, ax=mine.add_subplot()) is mine
+    True
     """
-    named = _named(warps)
+    named = name_warps(warps, "plot_warps({name: warp})")
     if n_poses < 2:
         raise OptionError(f"a strip needs 2 poses or more, found n_poses={n_poses}")
     kind = None if path is None else _kind(path)
+    if panel not in get_args(Panel):
+        raise OptionError(f"the panel must be one of {', '.join(get_args(Panel))}; found {panel!r}")
+    if ax is not None and (title or explanation is not None):
+        raise OptionError(
+            "on axes of your own there is one panel, with no title and no explanation: leave out these, or ax"
+        )
+    marked = None if keytimes is None else keytimes_of(keytimes)
     try:
         import matplotlib
         from matplotlib.figure import Figure
@@ -132,7 +157,10 @@ def plot_warps(
     with matplotlib.rc_context(STYLE), warnings.catch_warnings():
         # A name may have letters that the plot's font lacks: boxes in a PNG; in an SVG the reader's own font has them.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-        figure = _draw(Figure, named, motion, keytimes, title, n_poses, explanation)
+        if ax is None:
+            figure = _draw(Figure, named, motion, marked, title, n_poses, explanation)
+        else:
+            figure = _draw_panel(ax, panel, named, motion, marked)
         if path is not None and kind is not None:
             write_bytes(path, _rendered(figure, kind), overwrite=overwrite)
     return figure
@@ -167,12 +195,14 @@ def plot_with_baselines(
     plot_warps(warps, motion=motion, path=path, title=motion.name, explanation=explanation, overwrite=overwrite)
 
 
-def _named(warps: Mapping[str, Warp] | Sequence[Warp]) -> dict[str, Warp]:
+def name_warps(warps: WarpLike | Mapping[str, WarpLike] | Sequence[WarpLike], call: str) -> dict[str, Warp]:
+    """Give each warp a name to show: that of the mapping, else its own, or its method; `call` is for messages."""
     named: dict[str, Warp] = {}
     if isinstance(warps, Mapping):
-        named.update(warps)
+        named.update({str(label): as_warp(warp, call) for label, warp in warps.items()})
     else:
-        for warp in warps:
+        several = warps if isinstance(warps, Sequence) and not isinstance(warps, str) else [warps]
+        for warp in (as_warp(one, call) for one in several):
             label = base = warp.name or warp.method or "warp"
             number = 1
             while label in named:
@@ -180,14 +210,16 @@ def _named(warps: Mapping[str, Warp] | Sequence[Warp]) -> dict[str, Warp]:
                 label = f"{base} {number}"
             named[label] = warp
     if not named:
-        raise OptionError("there is no warp to plot; pass at least one")
+        raise OptionError(f"there is no warp to show; pass one at least: {call}")
     return named
 
 
 def _kind(path: str | PathLike[str]) -> str:
     suffix = Path(path).suffix.lower()
-    if suffix not in (".svg", ".png"):
-        raise FormatError(f"a plot is written as .svg or .png, not as {suffix or 'a file with no ending'!r}", path=path)
+    if suffix not in PLOT_SUFFIXES:
+        raise FormatError(
+            f"a plot is written as {', '.join(PLOT_SUFFIXES)}, not as {suffix or 'a file with no ending'!r}", path=path
+        )
     return suffix[1:]
 
 
@@ -197,6 +229,9 @@ def _rendered(figure: Figure, kind: str) -> bytes:
         # No date, and text stays text: the same warps give the same bytes, and a page can search the labels.
         figure.savefig(buffer, format="svg", metadata={"Date": None})
         return buffer.getvalue()
+    if kind == "pdf":
+        figure.savefig(buffer, format="pdf", metadata={"CreationDate": None, "Creator": None, "Producer": None})
+        return buffer.getvalue()
     # Flat colours and the greys between them: a palette holds them in a third of the bytes.
     from PIL import Image
 
@@ -205,6 +240,28 @@ def _rendered(figure: Figure, kind: str) -> bytes:
     buffer = io.BytesIO()
     palette.save(buffer, format="png", optimize=True, dpi=(_PNG_DPI, _PNG_DPI))
     return buffer.getvalue()
+
+
+def _draw_panel(
+    ax: Axes, panel: Panel, warps: dict[str, Warp], motion: Motion | Signal | None, keytimes: Sequence[Keytime] | None
+) -> Figure:
+    """Draw one panel on axes that somebody has; return their figure."""
+    if keytimes is None:
+        keytimes = _keytimes_of(warps)
+    if panel == "speed":
+        draw_speed(ax, warps, pens_for(warps), flight_times(motion), keytimes, above=0.0)
+    else:
+        draw_map(ax, warps, pens_for(warps), flight_times(motion), keytimes)
+    figure = ax.get_figure()
+    while figure is not None and not hasattr(figure, "savefig"):
+        # A subfigure: the picture is the figure around it.
+        figure = figure.figure
+    assert figure is not None
+    return cast("Figure", figure)
+
+
+def _keytimes_of(warps: Mapping[str, Warp]) -> list[Keytime]:
+    return sorted({key for warp in warps.values() for key in warp.keytimes})
 
 
 def _draw(
@@ -219,7 +276,7 @@ def _draw(
     pens = pens_for(warps)
     found = flight_times(motion)
     if keytimes is None:
-        keytimes = sorted({key for warp in warps.values() for key in warp.keytimes})
+        keytimes = _keytimes_of(warps)
     strip = None if motion is None else plan_strip(motion, warps, found, n_poses)
     n_rows = 0 if strip is None else len(strip.rows)
     strip_height = _BETWEEN + n_rows * (_ROW_HEIGHT + _ROW_GAP) + _BELOW if n_rows else 0.0

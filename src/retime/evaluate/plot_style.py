@@ -74,7 +74,12 @@ def pens_for(warps: Mapping[str, Warp]) -> dict[str, Pen]:
 
 
 # Everything that a style sheet of the user's could change, and that would then change the file.
+PLOT_SUFFIXES = (".svg", ".pdf", ".png")
+"""Endings of the files that plots are written to."""
+
 STYLE: dict[Any, Any] = {
+    # Text that can be selected, and edited in a drawing program.
+    "pdf.fonttype": 42,
     "font.family": ["sans-serif"],
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 9.5,
