@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from retime.errors import FormatError, FormatWarning, OutputExistsError
 from retime.formats import Limits, csv_table, read, write
 from retime.motion.motion import Motion
+from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
 
@@ -254,8 +255,11 @@ names = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\r
 finite = st.floats(-1e100, 1e100)
 formulas = st.builds(str.__add__, st.sampled_from(["=", "+", "-", "@", "'=", "''-", "' ="]), names)
 rates = st.one_of(
-    st.sampled_from([Fraction(30), Fraction(24000, 1001), Fraction(120), Fraction(355, 113), Fraction(2997, 50)]),
-    st.fractions(min_value=Fraction(1, 50), max_value=2000, max_denominator=1001),
+    st.sampled_from([Fraction(30), Fraction(24000, 1001), Fraction(120), Fraction(355, 113), Fraction(2993, 50)]),
+    # But for decimals that mean rates of television: 59.94 is 60000/1001.
+    st.fractions(min_value=Fraction(1, 50), max_value=2000, max_denominator=1001).filter(
+        lambda rate: 10**4 % rate.denominator or parse_rate(float(rate)) == rate
+    ),
 )
 
 
@@ -318,6 +322,14 @@ def test_one_row_cannot_say_its_rate(tmp_path: Path) -> None:
     with pytest.warns(FormatWarning, match="can't say that the rate is 30; give it when the file is read"):
         write(Signal(("a",), np.ones((1, 1))), tmp_path / "a.csv")
     assert read_csv(tmp_path / "a.csv", rate=30).values.tolist() == [[1]]
+
+
+def test_times_at_a_decimal_of_television_mean_its_rate(tmp_path: Path) -> None:
+    signal = Signal(("a",), np.ones((500, 1)), rate=Fraction(2997, 50))
+    with pytest.warns(FormatWarning, match="can't say that the rate is 2997/50; give it when the file is read"):
+        write(signal, tmp_path / "a.csv")
+    assert read_csv(tmp_path / "a.csv").rate == Fraction(60000, 1001)
+    assert read_csv(tmp_path / "a.csv", rate=Fraction(2997, 50)).rate == Fraction(2997, 50)
 
 
 def test_existing_files_and_motions(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ one that was meant.
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable
 from fractions import Fraction
@@ -16,13 +17,21 @@ from retime.errors import OptionError
 
 _DECIMAL = re.compile(r"\+?(\d+(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
 _FRACTION = re.compile(r"(\d{1,30})/(\d{1,30})", re.ASCII)
-_NTSC = tuple(Fraction(n * 1000, 1001) for n in (24, 30, 48, 60, 120, 240))
 # Rates that cameras and programs offer, for decimals so short that they fit several whole rates.
 _USUAL = (12, 15, 24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
-RateLike = str | float | Fraction
-"""Frames a second as people have them; see `parse_rate`."""
+# Television plays each of them 1000/1001 times as fast. These are the common ones, meant by any digits that fit (29.9).
+_BROADCAST = tuple(Fraction(n * 1000, 1001) for n in (24, 30, 48, 60, 120, 240))
+# (Of 1000 it would be 999.001, for which 999 is the plainer rate.)
+_OTHER_BROADCAST = tuple(rate for n in _USUAL[:-1] if (rate := Fraction(n * 1000, 1001)) not in _BROADCAST)
+# The others are rare, and a digit more or less decides: no farther than half the way between n and n * 1000/1001.
+_BROADCAST_TOLERANCE = Fraction(1, 2002)
+# An unusual whole rate is taken to be meant where one is near by no more than this chance.
+_CHANCE = Fraction(1, 4)
 # Beyond these a number is no frame rate but a mistake, and arithmetic with it could overflow.
 _SLOWEST, _FASTEST = Fraction(1, 10**6), Fraction(10**6)
+
+RateLike = str | float | Fraction
+"""Frames a second as people have them; see `parse_rate`."""
 
 
 def _interval(text: str) -> tuple[Fraction, Fraction, Fraction]:
@@ -39,13 +48,22 @@ def _interval(text: str) -> tuple[Fraction, Fraction, Fraction]:
 
 
 def _plainest(low: Fraction, high: Fraction, written: Fraction, fits: Callable[[Fraction], bool]) -> Fraction:
-    """Return the plainest rate that fits: a whole one, an NTSC one, a simple fraction; else the rate as written."""
+    """Return the plainest rate that fits: whole, of television, a simple fraction; else the rate as written."""
     if written.denominator == 1:
         return written
     first, last = -(-low // 1), high // 1
-    wholes = (first,) if first == last else _USUAL
-    for rate in (*map(Fraction, wholes), *_NTSC):
+    # The only whole number there is meant where there need not be one: 31 is not, by a frame time of 0.032 (31.25).
+    wholes = (first,) if first == last and (high - low < _CHANCE or first in _USUAL) else _USUAL
+    for rate in (*map(Fraction, wholes), *_BROADCAST):
         if fits(rate):
+            return rate
+    for rate in _OTHER_BROADCAST:
+        if fits(rate) and _alike(rate, written):
+            return rate
+    # Where a program keeps a rate of television as a decimal, that is what it writes (29.970000), or a frame time of
+    # one over it (1 / 23.976). One digit more than the decimal has is enough to be no accident.
+    for decimal, (rate, place) in _broadcast_decimals().items():
+        if fits(decimal) and high - low <= place / 5:
             return rate
     simplest = _simplest(low, high)
     # Fractions up to a denominator q lie about 1/q**2 apart. One in an interval a thousand times narrower is no
@@ -53,6 +71,22 @@ def _plainest(low: Fraction, high: Fraction, written: Fraction, fits: Callable[[
     if fits(simplest) and simplest.denominator**2 * (high - low) * 1000 < 1:
         return simplest
     return written
+
+
+def _alike(rate: Fraction, written: Fraction) -> bool:
+    return abs(rate - written) <= _BROADCAST_TOLERANCE * written
+
+
+@functools.cache
+def _broadcast_decimals() -> dict[Fraction, tuple[Fraction, Fraction]]:
+    """Map the decimals of two to four places, rounded or cut, of each rate of television to it and their last place."""
+    decimals: dict[Fraction, tuple[Fraction, Fraction]] = {}
+    for rate in (*_BROADCAST, *_OTHER_BROADCAST):
+        for place in (Fraction(1, 10**digits) for digits in (2, 3, 4)):
+            for decimal in (round(rate / place) * place, rate // place * place):
+                if decimal.denominator > 1 and _alike(rate, decimal):
+                    decimals.setdefault(decimal, (rate, place))
+    return decimals
 
 
 def _simplest(low: Fraction, high: Fraction) -> Fraction:
@@ -70,8 +104,9 @@ def _simplest(low: Fraction, high: Fraction) -> Fraction:
 def rate_from_frame_time(text: str) -> Fraction:
     """Find the exact rate behind a frame time as a file writes it.
 
-    The plainest rate that the digits allow: a whole one, an NTSC one, or a fraction too simple to be there by accident;
-    else exactly one over the time as written.
+    The plainest rate that the digits allow: a whole one; one of television (n * 1000/1001), or one over a decimal by
+    which that is known (1 / 23.976); or a fraction too simple to be there by accident. Else exactly one over the time
+    as written.
 
     Parameters
     ----------
