@@ -33,7 +33,15 @@ def test_cut_and_rate(run, clips, tmp_path) -> None:
 
 @pytest.mark.parametrize("target", ["x.csv", "x.npz"])
 def test_a_motion_is_no_signal(run, clips, target) -> None:
-    assert "holds a signal, not a motion" in run("convert", clips.bvh, target, code=1).stderr
+    says = run("convert", clips.bvh, target, code=1).stderr
+    assert f"{target}: a {target[1:]} file holds a signal, not a motion as {clips.bvh}" in says
+    assert "a motion is written as .bvh or .amc" in says
+
+
+def test_nor_is_a_signal_a_motion(run, clips) -> None:
+    says = run("convert", clips.csv, "x.BVH", code=1).stderr
+    assert f"x.BVH: a .bvh file holds a motion, not a signal as {clips.csv}" in says
+    assert "a signal is written as .csv or .npy or .npz" in says
 
 
 def test_only_force_replaces(run, clips, tmp_path) -> None:

@@ -60,15 +60,11 @@ def check_outputs(outputs: Mapping[str, Path | None], *, inputs: Iterable[Path],
 
 def check_format(place: Path, *, like: Path) -> None:
     """Refuse a place whose format can't hold what another file holds; raise FormatError."""
-    from retime.formats.registry import format_of
+    from retime.formats.registry import check_holds, format_of
 
-    wanted, given = format_of(place), format_of(like)
-    if not wanted.writes:
-        raise FormatError(f"{wanted.suffixes[0]} files can be read, but not written", path=place)
-    if wanted.holds != given.holds:
-        raise FormatError(
-            f"a {wanted.suffixes[0]} file holds a {wanted.holds}, not a {given.holds} as {like}", path=place
-        )
+    if not format_of(place).writes:
+        raise FormatError(f"{place.suffix.lower()} files can be read, but not written", path=place)
+    check_holds(place, format_of(like).holds, like=str(like))
 
 
 def check_plot(place: Path) -> None:

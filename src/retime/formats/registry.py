@@ -72,6 +72,29 @@ def format_of(path: str | PathLike[str]) -> Format:
     raise FormatError(f"{problem}; known endings are {endings}", path=path)
 
 
+def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:
+    """Refuse a place whose format holds signals for a motion, and the reverse; raise FormatError.
+
+    Parameters
+    ----------
+    path : path-like
+        Where something is to be written.
+    holds : str
+        "motion" or "signal": what.
+    like : str
+        The file that it comes from, for the message.
+    """
+    known = format_of(path)
+    if known.holds != holds:
+        endings = " or ".join(suffix for one in FORMATS if one.holds == holds and one.writes for suffix in one.suffixes)
+        what = {"motion": "a skeleton that moves", "signal": "columns of numbers"}
+        raise FormatError(
+            f"a {Path(path).suffix.lower()} file holds a {known.holds}, not a {holds}{like and f' as {like}'} (a "
+            f"{known.holds} is {what[known.holds]}); a {holds} is written as {endings}",
+            path=path,
+        )
+
+
 def _module(known: Format) -> FormatModule:
     return cast(FormatModule, importlib.import_module(f"retime.formats.{known.name}"))
 
@@ -163,8 +186,5 @@ def write(motion: Motion | Signal, path: str | PathLike[str], *, overwrite: bool
         The format can't hold this.
     """
     path = Path(path)
-    known = format_of(path)
-    holds = "motion" if isinstance(motion, Motion) else "signal"
-    if known.holds != holds:
-        raise FormatError(f"a {known.suffixes[0]} file holds a {known.holds}, not a {holds}", path=path)
-    _module(known).write(motion, path, overwrite=overwrite)
+    check_holds(path, "motion" if isinstance(motion, Motion) else "signal")
+    _module(format_of(path)).write(motion, path, overwrite=overwrite)
