@@ -198,11 +198,9 @@ class _Parser:
 
     def _end_site(self) -> None:
         line = self.lines.number
-        site = self.lines.token_on_line()
-        if site is None or site.lower().rstrip(b"{") != b"site":
-            self._fail(f"expected 'End Site', found 'End' and {'nothing' if site is None else show(site)}")
-        # Some programs name their end sites; nothing refers to the name.
-        word: bytes | None = site
+        # Usually "End Site". Some programs name their end sites, with or without the word Site (End Toe_End); nothing
+        # refers to the name.
+        word = self.lines.token_on_line()
         while word is not None and not word.endswith(b"{"):
             word = self.lines.token_on_line()
         if word is None:
