@@ -9,6 +9,7 @@ from typing import SupportsIndex
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from retime.arrays import as_real
 from retime.brief import kind_of
 from retime.errors import OptionError
 
@@ -44,7 +45,7 @@ def frame_positions(
     OptionError
         A time is not a number.
     """
-    times = np.asarray(input_times, dtype=np.float64)
+    times = as_real(input_times, "times", error=OptionError)
     if np.isnan(times).any():
         raise OptionError(f"time {int(np.argwhere(np.isnan(times.ravel()))[0, 0])} of {times.size} is not a number")
     place = np.clip(times * float(rate), 0.0, n_frames - 1)

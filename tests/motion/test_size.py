@@ -1,4 +1,4 @@
-"""Numbers too large to be squared are refused where they come in, and those at the limit do no harm."""
+"""What is no number, or too large to be squared, is refused where it comes in; numbers at the limit do no harm."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import retime
-from retime.errors import FormatError, InvalidMotionError
+from retime.errors import FormatError, InvalidMotionError, OptionError
 from retime.motion.size import LARGEST
 
 
@@ -62,3 +62,42 @@ def test_the_largest_numbers_are_searched_and_applied() -> None:
     result = retime.guided_warp(replace(clip, translations=translations), length="80%")
     assert np.isfinite(result.total)
     assert np.isfinite(retime.apply_warp(clip, result.warp).local_translations).all()
+
+
+NO_NUMBERS = {
+    "complex numbers: pass the real parts": np.array([0.0, 1.0]) + 0j,
+    "some are masked: fill them first": np.ma.masked_greater([0.0, 1.0], 0.5),
+    "found dates: pass seconds": np.array([0, 1]).astype("datetime64[s]"),
+    "found time spans: pass seconds": np.array([0, 1]).astype("timedelta64[ms]"),
+    "found text": np.array(["0", "1"]),
+    "an array of real numbers: .*argument must be a string or a real number": np.array([0, {}], dtype=object),
+}
+
+
+@pytest.mark.parametrize("message", NO_NUMBERS)
+def test_what_is_no_array_of_numbers_is_refused_where_it_comes_in(message: str) -> None:
+    values = NO_NUMBERS[message]
+    clip = retime.sample().frames(0, 2)
+    with pytest.raises(InvalidMotionError, match=f"the values of a signal must be .*{message}"):
+        retime.Signal(("a",), values[:, None])
+    for name, of in (("rotations", "rotations"), ("translations", "translations"), ("declared_angles", "translations")):
+        array = values[np.ones(getattr(clip, of).shape, dtype=int)]
+        with pytest.raises(InvalidMotionError, match=f"{name.replace('_', ' ')} must be .*{message}"):
+            replace(clip, **{name: array})
+    with pytest.raises(OptionError, match=f"the input_times of a warp, in seconds, must be .*{message}"):
+        retime.Warp([0.0, 1.0], values)
+    with pytest.raises(OptionError, match=f"times must be .*{message}"):
+        clip.at(values)
+
+
+@pytest.mark.parametrize("message", list(NO_NUMBERS)[:-1])
+def test_such_an_array_is_neither_input_nor_reference(message: str) -> None:
+    values, numbers = NO_NUMBERS[message], np.arange(20.0)
+    with pytest.raises(OptionError, match=f"the array must be real numbers; .*{message}"):
+        retime.guided_warp(values, rate=30)
+    with pytest.raises(OptionError, match=f"the reference must be real numbers; .*{message}"):
+        retime.guided_warp(numbers, reference=values, rate=30)
+
+
+def test_a_mask_that_hides_nothing_is_no_matter() -> None:
+    assert retime.Signal(("a",), np.ma.masked_greater([[0.0], [1.0]], 5)).values.tolist() == [[0.0], [1.0]]

@@ -19,6 +19,7 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
 from retime.warp.features import PoseOptions, Track, low_pass, pose_vectors, sample
+from retime.warp.guided import guided_warp
 from retime.warp.reference import Reference, model_poses
 from tests.motion.strategies import quaternions
 from tests.motion.walkers import (
@@ -460,6 +461,32 @@ def test_channels_are_matched_by_name_and_by_map() -> None:
         model_poses(clip, [Reference(other)])
     model = model_poses(clip, [Reference(other)], PoseOptions(joints=["x"], scale_signals=False))
     np.testing.assert_array_equal(model.references[0].tracks[0].vectors, other.values[:, [2]])
+
+
+@pytest.mark.parametrize("n_channels", [1, 3])
+def test_columns_without_names_are_matched_only_one_to_one(n_channels: int) -> None:
+    clip, more = np.arange(40.0).reshape(20, 2), np.arange(20.0 * n_channels).reshape(20, n_channels)
+    names = tuple(f"c{i}" for i in range(n_channels))
+    for reference in (more, Signal(names, more, name="array"), Reference(Signal(names, more), name="array")):
+        with pytest.raises(
+            OptionError,
+            match=rf"has {n_channels} channels? and the input 2, without names that say .* pass arrays with the same",
+        ) as refusal:
+            guided_warp(clip, reference=reference, rate=30)
+        assert (refusal.value.option, refusal.value.item) == ("reference", 0)
+    assert guided_warp(clip, reference=clip[::2], rate=30).n_output == 20
+    # Who names the columns knows what is meant.
+    chosen = PoseOptions(joints=["c0"])
+    assert guided_warp(clip, reference=more, rate=30, features=chosen).n_output == 20
+    swapped = Reference(Signal(names, more), joint_map={"c0": names[-1], "c1": "c0"})
+    assert guided_warp(clip, reference=swapped, rate=30).n_output == 20
+
+
+def test_columns_with_and_without_names_are_not_matched() -> None:
+    clip, array = wave(50, "x", "y"), np.arange(40.0).reshape(20, 2)
+    for one, other, who in ((clip, array, "array"), (array, clip, "the input")):
+        with pytest.raises(OptionError, match=rf"has no channel '(x|c0)'.*\({who} has none, only numbers"):
+            guided_warp(one, reference=other, rate=30)
 
 
 # --- groups ---------------------------------------------------------------------------------------------------------

@@ -6,6 +6,7 @@ import itertools
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.motion.signal import Signal
 from retime.motion.timecode import parse_time
+from retime.warp.apply import apply_warp
 from retime.warp.control import Lock
 from retime.warp.curve import Keytime
 from retime.warp.guided import guided_warp
@@ -25,6 +27,7 @@ from retime.warp.reference import Reference
 from retime.warp.result import GuidedWarp
 from retime.warp.score import triple_scores
 from retime.warp.session import Session
+from retime.warp.spline import linear_warp
 from tests.reference import wishes as literal
 from tests.reference.wishes import Wishes
 
@@ -316,6 +319,38 @@ def test_five_reference_frames_suffice_and_four_do_not() -> None:
     # Several short ones do together what one can't.
     pieces = [clip.frames(10, 13), clip.frames(20, 23), clip.frames(30, 33)]
     assert guided_warp(clip, reference=pieces, length="80%").n_reference == 9
+
+
+@pytest.mark.parametrize("n_frames", [2, 3, 4])
+@pytest.mark.parametrize("options", [{}, {"search": "heuristic"}, {"loop": True}, {"n_neighbors": 4}], ids=str)
+def test_a_clip_too_short_to_search_is_called_so_not_a_reference(n_frames: int, options: dict[str, object]) -> None:
+    clip = replace(curve(60).frames(0, n_frames), name="short")
+    needed = int(options.get("n_neighbors", 3)) + 2
+    with pytest.raises(
+        OptionError, match=rf"^short is too short to search: it has {n_frames} frames .*30 Hz, .* at least {needed}\."
+    ) as refusal:
+        guided_warp(clip, length="150%", **options)
+    assert "--method linear" in str(refusal.value)
+    assert "the reference" not in str(refusal.value)
+    assert refusal.value.option == "motion"
+    # It can be played evenly, and it can imitate something longer.
+    even = linear_warp(as_keytimes(clip, "150%", ()))
+    assert apply_warp(clip, even).n_frames == round(1.5 * n_frames)
+    longer = guided_warp(clip, reference=curve(60), length="150%")
+    assert apply_warp(clip, longer.warp).n_frames == round(1.5 * n_frames)
+
+
+def test_a_single_frame_has_no_timing() -> None:
+    for reference in (None, curve(60)):
+        with pytest.raises(OptionError, match="has one frame: there is no timing to change"):
+            guided_warp(curve(60).frames(0, 1), reference=reference)
+
+
+def test_a_clip_too_short_for_the_coarse_search_alone_is_pointed_to_the_exact_one() -> None:
+    clip = curve(60).frames(0, 12)
+    with pytest.raises(OptionError, match=r"too few frames for the heuristic search, .* take search='priced'"):
+        guided_warp(clip, length="150%", search="heuristic")
+    assert guided_warp(clip, length="150%").n_output == 18
 
 
 @pytest.mark.parametrize("score", ["joint", "conditional"])

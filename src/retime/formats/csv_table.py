@@ -31,7 +31,7 @@ from retime.formats.text_lines import without_byte_order_mark
 from retime.motion.motion import Motion
 from retime.motion.rate import rate_from_step
 from retime.motion.rotation import FloatArray
-from retime.motion.signal import Signal
+from retime.motion.signal import Signal, numbered_names
 
 TIME_NAMES = ("time", "t", "seconds", "timestamp")
 _FRAME_NAME = "frame"
@@ -166,7 +166,7 @@ class _Table:
                 line, f"{len(fields)} columns, the limit is {self.options.limits.channels} (Limits.channels)"
             )
         if all(self.numeric(field) for field in fields):
-            return [f"c{i}" for i in range(len(fields))]
+            return list(numbered_names(len(fields)))
         self.body = offset
         self.body_line = 1 + self.data.count(b"\n", 0, offset)
         names = []

@@ -30,7 +30,7 @@ from retime.formats.options import Limits, ReadOptions
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
 from retime.motion.rotation import FloatArray
-from retime.motion.signal import Signal
+from retime.motion.signal import Signal, numbered_names
 
 _MAGIC = b"\x93NUMPY"
 _HEADER_BYTES = 4096
@@ -233,7 +233,7 @@ def _values(path: Path, array: _Array, limits: Limits) -> tuple[FloatArray, tupl
 def _plain_names(n_channels: int, *, markers: bool) -> tuple[str, ...]:
     if markers:
         return tuple(f"m{i // 3}.{'xyz'[i % 3]}" for i in range(n_channels))
-    return tuple(f"c{i}" for i in range(n_channels))
+    return numbered_names(n_channels)
 
 
 def _number(path: Path, array: _Array, what: str, kinds: str) -> float:

@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.arrays import as_real
 from retime.brief import brief, brief_repr, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
@@ -106,7 +107,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         n_joints = self.skeleton.n_joints
-        rotations = np.asarray(self.rotations, dtype=np.float64)
+        rotations = as_real(self.rotations, "rotations")
         if rotations.ndim != 3 or rotations.shape[1:] != (n_joints, 4) or len(rotations) == 0:
             raise InvalidMotionError(
                 f"expected rotations of shape (n_frames >= 1, {n_joints}, 4), found {rotations.shape}"
@@ -114,7 +115,7 @@ class Motion:
         if self.translations is None:
             translations = np.broadcast_to(self.skeleton.offsets, (len(rotations), n_joints, 3))
         else:
-            translations = np.asarray(self.translations, dtype=np.float64)
+            translations = as_real(self.translations, "translations")
         if translations.shape != (len(rotations), n_joints, 3):
             raise InvalidMotionError(
                 f"expected translations of shape ({len(rotations)}, {n_joints}, 3), found {translations.shape}"
@@ -135,7 +136,7 @@ class Motion:
             rotations = rotation.normalize(rotations)
         frozen = [("rotations", rotations), ("translations", translations)]
         if self.declared_angles is not None:
-            angles = np.asarray(self.declared_angles, dtype=np.float64)
+            angles = as_real(self.declared_angles, "declared angles")
             if angles.shape != (len(rotations), n_joints, 3):
                 raise InvalidMotionError(
                     f"expected declared angles of shape ({len(rotations)}, {n_joints}, 3), found {angles.shape}"

@@ -7,12 +7,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.arrays import as_real
 from retime.brief import brief, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
 from retime.motion.rate import RateField, RateLike, parse_rate
 from retime.motion.rotation import FloatArray
 from retime.motion.size import size_problem, within_size
+
+
+def numbered_names(n_channels: int) -> tuple[str, ...]:
+    """Name channels that have no names: c0, c1 ..."""
+    return tuple(f"c{i}" for i in range(n_channels))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +63,7 @@ class Signal:
     first_frame: int = 0
 
     def __post_init__(self) -> None:
-        values = np.asarray(self.values, dtype=np.float64)
+        values = as_real(self.values, "the values of a signal")
         if values.ndim != 2 or 0 in values.shape or values.shape[1] != len(self.names):
             raise InvalidMotionError(
                 f"expected values of shape (n_frames >= 1, {len(self.names)} named channels), found {values.shape}"
@@ -82,6 +88,11 @@ class Signal:
         from retime.motion.picture import signal_html
 
         return signal_html(self)
+
+    @property
+    def numbered(self) -> bool:
+        """Whether its channels have no names but their numbers (`numbered_names`), as those of an array."""
+        return self.names == numbered_names(len(self.names))
 
     @property
     def n_frames(self) -> int:
@@ -149,5 +160,5 @@ def signal_of(array: ArrayLike, rate: RateLike | None, *, call: str) -> Signal:
         raise OptionError(f"expected {call} with a motion, a signal, or an array of numbers; found {kind_of(array)}")
     if rate is None:
         raise OptionError(f"an array of numbers needs its rate: {call}")
-    columns = values.reshape(len(values), -1)
-    return Signal(tuple(f"c{i}" for i in range(columns.shape[1])), columns, parse_rate(rate), name="array")
+    columns = as_real(array, "the array", error=OptionError).reshape(len(values), -1)
+    return Signal(numbered_names(columns.shape[1]), columns, parse_rate(rate), name="array")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.arrays import as_real
 from retime.errors import InvalidMotionError
 from retime.motion.rotation import FloatArray
 from retime.motion.size import size_problem, within_size
@@ -55,7 +56,7 @@ class Skeleton:
     end_sites: tuple[EndSite, ...] = ()
 
     def __post_init__(self) -> None:
-        offsets = np.array(self.offsets, dtype=np.float64)
+        offsets = as_real(self.offsets, "offsets").copy()
         n_joints = len(self.names)
         if n_joints == 0 or len(self.parents) != n_joints or offsets.shape != (n_joints, 3):
             raise InvalidMotionError(
@@ -75,7 +76,7 @@ class Skeleton:
                 raise InvalidMotionError(
                     f"the end site of {self.names[site.parent]!r} has {len(site.offset)} coordinates, not 3"
                 )
-            if not within_size(site.offset).all():
+            if not within_size(as_real(site.offset, "the offset of an end site")).all():
                 problem = size_problem(site.offset)
                 raise InvalidMotionError(f"the offset of the end site of {self.names[site.parent]!r} {problem}")
         if not within_size(offsets).all():

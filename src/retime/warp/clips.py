@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.arrays import as_real
 from retime.errors import OptionError
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
-from retime.motion.signal import Signal
+from retime.motion.signal import Signal, numbered_names
 from retime.warp.reference import Reference
 
 Clip = Motion | Signal
 
 
 def as_clips(
-    motion: Clip | ArrayLike | Sequence[Clip | Reference] | None, rate: float | str | None = None
+    motion: Clip | ArrayLike | Sequence[Clip | Reference] | None,
+    rate: float | str | None = None,
+    *,
+    what: str = "the array",
 ) -> tuple[Clip, ...]:
     """Take a motion, a signal, an array of numbers, or several clips that move together.
 
@@ -27,6 +32,8 @@ def as_clips(
         What moves.
     rate : float or str, optional
         Frames a second of an array.
+    what : str
+        What to call an array in messages.
 
     Raises
     ------
@@ -38,8 +45,10 @@ def as_clips(
     if isinstance(motion, Sequence) and motion and all(isinstance(clip, Motion | Signal) for clip in motion):
         return tuple(clip for clip in motion if isinstance(clip, Motion | Signal))
     try:
-        values = np.asarray(motion, dtype=np.float64)
-    except (TypeError, ValueError):
+        values = as_real(cast(ArrayLike, motion), what, error=OptionError)
+    except OptionError:
+        if isinstance(motion, np.ndarray) and motion.dtype != object:
+            raise
         found = [type(one).__name__ for one in motion] if isinstance(motion, list | tuple) else repr(motion)
         raise OptionError(
             "expected a motion, an array of numbers, or several motions and signals (a group holds no arrays and no "
@@ -51,7 +60,7 @@ def as_clips(
         raise OptionError(f"expected a motion, or an array of shape (n_frames, n_channels); found shape {values.shape}")
     if rate is None:
         raise OptionError("an array of numbers needs its rate: guided_warp(array, rate=30)")
-    return (Signal(tuple(f"c{i}" for i in range(values.shape[1])), values, parse_rate(rate), name="array"),)
+    return (Signal(numbered_names(values.shape[1]), values, parse_rate(rate), name="array"),)
 
 
 def as_references(
@@ -64,5 +73,5 @@ def as_references(
         return [reference]
     if isinstance(reference, Sequence) and any(isinstance(one, Reference) for one in reference):
         return [one if isinstance(one, Reference) else Reference(as_clips(one, rate)) for one in reference]
-    clips = as_clips(reference, rate)
+    clips = as_clips(reference, rate, what="the reference")
     return [Reference(clips)] if n_clips > 1 else [Reference(clip) for clip in clips]

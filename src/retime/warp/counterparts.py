@@ -127,6 +127,8 @@ def _describe_signal(clip: Signal, others: Sequence[Counterpart], options: PoseO
         if other.mirror:
             raise other.fault(f"{other.label} is a signal, which has no left and right to mirror")
         assert isinstance(other.clip, Signal)
+        if options.joints is None and not other.joint_map:
+            _refuse_other_count(clip, other.clip, other)
         ordered.append(_with_channels_of(clip, other.clip, other, needed))
     scales = signal_scales(clip.names, [signal.values for signal in ordered], options)
     track = Track(signal_vectors(clip, options, scales), clip.rate)
@@ -141,6 +143,16 @@ def _describe_signal(clip: Signal, others: Sequence[Counterpart], options: PoseO
     )
 
 
+def _refuse_other_count(clip: Signal, signal: Signal, other: Counterpart) -> None:
+    """Refuse to match columns that have only their numbers, where there are more of them, or fewer."""
+    if clip.numbered and signal.numbered and len(clip.names) != len(signal.names):
+        raise other.fault(
+            f"{other.label} has {len(signal.names)} channel{'s' * (len(signal.names) > 1)} and the input "
+            f"{len(clip.names)}, without names that say which are the same: pass arrays with the same columns in the "
+            "same order, signals with names (retime.Signal), or a joint map"
+        )
+
+
 def _with_channels_of(clip: Signal, signal: Signal, other: Counterpart, needed: Sequence[str]) -> Signal:
     """Order a signal's channels as the input's; those that nobody needs may be missing, and are zero."""
     if signal.names == clip.names and not other.joint_map:
@@ -149,9 +161,11 @@ def _with_channels_of(clip: Signal, signal: Signal, other: Counterpart, needed: 
     for name in clip.names:
         wanted = other.joint_map.get(name, name)
         if wanted not in signal.names and (name in needed or name in other.joint_map):
+            unnamed = "the input" if clip.numbered else other.label if signal.numbered else ""
             raise other.fault(
                 f"{other.label} has no channel {wanted!r}{near_names(wanted, signal.names)}; choose channels that both "
                 "have, or map the input's names to its names"
+                + (f" ({unnamed} has none, only numbers; a retime.Signal has names)" if unnamed else "")
             )
         places.append(signal.names.index(wanted) if wanted in signal.names else None)
     zero = np.zeros(signal.n_frames)

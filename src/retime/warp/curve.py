@@ -16,11 +16,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from numbers import Integral, Real
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from retime.arrays import as_real
 from retime.brief import brief, kind_of
 from retime.errors import FormatError, InfeasibleWarpError, OptionError, RetimeWarning
 from retime.files import MOST_BYTES, read_bytes, write_bytes
@@ -704,13 +705,7 @@ def output_frame_times(warp: Warp, rate: float) -> FloatArray:
 
 
 def _times(what: str, values: object) -> FloatArray:
-    try:
-        array = np.array(values)
-        if array.dtype.kind not in "iufb" and array.dtype != object:
-            raise ValueError
-        return array.astype(np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise OptionError(f"the {what} of a warp must be numbers, in seconds; found {kind_of(values)}") from None
+    return as_real(cast(ArrayLike, values), f"the {what} of a warp, in seconds,", error=OptionError).copy()
 
 
 def _is_number(value: object) -> bool:
@@ -773,7 +768,7 @@ def blend(a: Warp, b: Warp, weight: ArrayLike) -> Warp:
     >>> float(blend(slow, fast, 0.5)(1.0))
     1.0
     """
-    curve = np.asarray(weight, dtype=np.float64)
+    curve = as_real(weight, "the weights of a blend", error=OptionError)
     if not np.all((curve if curve.ndim == 0 else curve[..., -1]) >= 0) or not np.all(
         (curve if curve.ndim == 0 else curve[..., -1]) <= 1
     ):

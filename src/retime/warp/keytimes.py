@@ -119,6 +119,12 @@ class Reduction:
         return replace(self, keytimes=keytimes, positions=(*self.positions[:-1], len(path) - 1), free=False)
 
 
+def refuse_single_frame(motion: Motion | Signal) -> None:
+    """Raise OptionError where a clip has one frame."""
+    if motion.n_frames < 2:
+        raise OptionError(f"{motion.name or 'the input'} has one frame: there is no timing to change", option="motion")
+
+
 def as_keytimes(
     motion: Motion | Signal, length: str | int | None, keys: Sequence[Sequence[float | str | None] | Keytime]
 ) -> tuple[Keytime, ...]:
@@ -145,8 +151,7 @@ def as_keytimes(
         A time or length can't be read, or a key lies before the output's beginning or beyond its end.
     """
     rate = motion.rate
-    if motion.n_frames < 2:
-        raise OptionError(f"{motion.name or 'the input'} has one frame: there is no timing to change")
+    refuse_single_frame(motion)
     pairs: list[Keytime] = []
     for key in keys:
         pairs.append(key if isinstance(key, Keytime) else _as_keytime(key, rate))

@@ -69,6 +69,7 @@ def build_model(
     time_scale: float,
     n_neighbors: int = 3,
     weights: Sequence[float] = (),
+    own_name: str = "",
 ) -> Model:
     """Collect the features of all references.
 
@@ -84,6 +85,8 @@ def build_model(
         Together the references must have that many inner frames.
     weights : sequence of float
         One a reference, above 0; left out: 1.
+    own_name : str
+        What to call the input where it is its own reference: errors then speak of it, not of a reference.
 
     Raises
     ------
@@ -95,7 +98,7 @@ def build_model(
         raise OptionError("all references must be described by the same numbers")
     if len(weights) != len(references) or not all(np.isfinite(w) and w > 0 for w in weights):
         raise OptionError(f"each reference needs a weight above 0; found {weights}")
-    check_reference([len(poses) for poses in references], n_neighbors)
+    check_reference([len(poses) for poses in references], n_neighbors, rate, own_name)
     velocity, acceleration = difference_scales(rate, time_scale)
     origin = _joined(references).mean(axis=0)
     features = [timing_features(poses - origin, rate=rate, time_scale=time_scale) for poses in references]
@@ -116,17 +119,25 @@ def _joined(arrays: Sequence[FloatArray]) -> FloatArray:
     return np.ascontiguousarray(arrays[0] if len(arrays) == 1 else np.concatenate(list(arrays)), dtype=np.float64)
 
 
-def check_reference(n_frames: Sequence[int], n_neighbors: int) -> None:
+def check_reference(n_frames: Sequence[int], n_neighbors: int, rate: float, own_name: str = "") -> None:
     """Refuse references that are too short together; raise OptionError."""
     if n_neighbors < 1:
         raise OptionError(f"n_neighbors must be at least 1, found {n_neighbors}", option="n_neighbors")
-    if sum(max(0, n - 2) for n in n_frames) < n_neighbors:
+    if sum(max(0, n - 2) for n in n_frames) >= n_neighbors:
+        return
+    found = " + ".join(str(n) for n in n_frames)
+    frames = f"{found} frame{'s' * (found != '1')} at the analysis rate of {rate:g} Hz"
+    needed = f"n_neighbors={n_neighbors} needs at least {n_neighbors + 2}"
+    if own_name:
         raise OptionError(
-            f"the reference has {' + '.join(str(n) for n in n_frames)} frames at the analysis rate; "
-            f"n_neighbors={n_neighbors} needs at least {n_neighbors + 2}: give a longer reference, a higher rate, or "
-            "fewer neighbours",
-            option="reference",
+            f"{own_name} is too short to search: it has {frames}, and {needed}. Play it evenly instead (--method "
+            "linear; linear_warp), or give a reference to imitate",
+            option="motion",
         )
+    raise OptionError(
+        f"the reference has {frames}; {needed}: give a longer reference, a higher rate, or fewer neighbours",
+        option="reference",
+    )
 
 
 def triple_scores(

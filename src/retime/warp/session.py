@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.arrays import as_real
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
 from retime.motion.rate import parse_rate
@@ -33,6 +34,7 @@ from retime.warp.keytimes import (
     check_keytimes,
     knots_of_path,
     nearest_frame,
+    refuse_single_frame,
 )
 from retime.warp.path import FramePath, shortest_path
 from retime.warp.reference import Reference, model_poses
@@ -86,12 +88,14 @@ class Session:
         self.rate = float(parse_rate(DEFAULT_RATE if rate is None else rate))
         self.clips = as_clips(motion, rate)
         self.motion = self.clips[0]
+        refuse_single_frame(self.motion)
         self.itself = reference is None or reference is motion
         self.n_neighbors, self.time_scale, self.low_pass, self.score = n_neighbors, time_scale, low_pass, score
         poses = model_poses(
             self.clips, () if self.itself else as_references(reference, len(self.clips), rate), features
         )
         self._tracks, references = poses.input, poses.references
+        self._own_name = self._tracks.name if self.itself else ""
         self.references = tuple(track.name for track in references)
         sampled = [track.at_rate(self.rate, low_pass) for track in references]
         self.n_reference = sum(len(poses) for poses in sampled)
@@ -102,6 +106,7 @@ class Session:
                 time_scale=time_scale,
                 n_neighbors=n_neighbors,
                 weights=[track.weight for track in references],
+                own_name=self._own_name,
             )
         }
         self._reference_tracks = references
@@ -217,7 +222,7 @@ class Session:
             keep=steps.output_times[control.kept_positions(reduction, path.frames, locked)],
             loop=loop,
         )
-        share = np.asarray(influence, dtype=np.float64)
+        share = as_real(influence, "influence", error=OptionError)
         if share.ndim or share != 1.0:
             warp = blend(self._spline(reduction.keytimes, steps, loop=loop), warp, share)
             warp = replace(warp, method="guided", keytimes=reduction.keytimes)
@@ -365,14 +370,23 @@ class Session:
 
     def _coarse_model(self, rate: float) -> Model:
         if rate not in self._model_at:
-            self._model_at[rate] = build_model(
-                [track.at_rate(rate, self.low_pass) for track in self._reference_tracks],
-                rate=rate,
-                # The paper's features count in frames: at a lower rate its time scale is as much longer.
-                time_scale=self.time_scale * self.rate / rate,
-                n_neighbors=self.n_neighbors,
-                weights=[track.weight for track in self._reference_tracks],
-            )
+            try:
+                self._model_at[rate] = build_model(
+                    [track.at_rate(rate, self.low_pass) for track in self._reference_tracks],
+                    rate=rate,
+                    # The paper's features count in frames: at a lower rate its time scale is as much longer.
+                    time_scale=self.time_scale * self.rate / rate,
+                    n_neighbors=self.n_neighbors,
+                    weights=[track.weight for track in self._reference_tracks],
+                    own_name=self._own_name,
+                )
+            except OptionError:
+                # There are frames enough at the analysis rate, or this would not be reached.
+                raise OptionError(
+                    f"too few frames for the heuristic search, which looks at {rate:g} Hz first: take search='priced' "
+                    "(--search priced)",
+                    option="search",
+                ) from None
         return self._model_at[rate]
 
 

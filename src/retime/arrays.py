@@ -1,0 +1,50 @@
+"""Arrays as people hand them over."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from retime.errors import InvalidMotionError, RetimeError
+
+_LOST = {
+    "c": "complex numbers: pass the real parts (x.real), or both parts as columns of their own",
+    "M": "dates: pass seconds, as numbers",
+    "m": "time spans: pass seconds, as numbers (x / numpy.timedelta64(1, 's'))",
+    "U": "text",
+    "S": "bytes",
+    "V": "records: pass one array of numbers (numpy.lib.recfunctions.structured_to_unstructured)",
+}
+
+
+def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidMotionError) -> NDArray[np.float64]:
+    """Take real numbers, and refuse what NumPy would make some of without a word (an imaginary part, a mask, a unit).
+
+    Parameters
+    ----------
+    values : array-like
+        What was handed over.
+    what : str
+        What it is, for messages.
+    error : type
+        What to raise.
+
+    Raises
+    ------
+    InvalidMotionError
+        (Or `error`.) Not an array of real numbers; says what to pass.
+
+    Examples
+    --------
+    >>> as_real([1, 2.5], "the speeds").tolist()
+    [1.0, 2.5]
+    """
+    if np.ma.is_masked(values):
+        raise error(f"{what} must be real numbers; some are masked: fill them first (numpy.ma.filled)")
+    try:
+        array = np.asarray(values)
+        if (lost := _LOST.get(array.dtype.kind)) is None:
+            return np.asarray(array, dtype=np.float64)
+    except (TypeError, ValueError) as problem:
+        raise error(f"{what} must be an array of real numbers: {problem}") from None
+    raise error(f"{what} must be real numbers; found {lost}")
