@@ -88,14 +88,18 @@ def renamed(motion: Motion, names: Mapping[str, str]) -> Motion:
 
 
 def permuted(motion: Motion, order: Sequence[int]) -> Motion:
-    """The same joints in another order."""
+    """The same joints in another order; end sites stay in theirs."""
     skeleton = motion.skeleton
     place = {joint: new for new, joint in enumerate(order)}
-    return rebuilt(
-        motion,
-        [skeleton.names[joint] for joint in order],
-        [place.get(skeleton.parents[joint], -1) for joint in order],
+    again = Skeleton(
+        tuple(skeleton.names[joint] for joint in order),
+        tuple(place.get(skeleton.parents[joint], -1) for joint in order),
         skeleton.offsets[list(order)],
+        tuple(replace(site, parent=place[site.parent]) for site in skeleton.end_sites),
+    )
+    return replace(
+        motion,
+        skeleton=again,
         rotations=motion.rotations[:, list(order)],
         translations=motion.local_translations[:, list(order)],
     )

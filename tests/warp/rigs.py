@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -39,16 +40,27 @@ def rigs(draw: st.DrawFn) -> Skeleton:
     return Skeleton(tuple(names), parents, offsets, sites)
 
 
+def orders(skeleton: Skeleton, seed: int) -> list[int]:
+    """The joints in another order that a skeleton allows: each after its parent."""
+    rng = np.random.default_rng(seed)
+    order, open_joints = [0], list(skeleton.children(0))
+    while open_joints:
+        joint = open_joints.pop(int(rng.integers(len(open_joints))))
+        order.append(joint)
+        open_joints += skeleton.children(joint)
+    return order
+
+
 def stretches(rng: np.random.Generator, n_frames: int, n: int, share: float) -> np.ndarray:
     """True for a share of the time, a few frames at a stretch; shape (n_frames, n)."""
     return np.repeat(rng.random((n_frames // 4 + 1, n)) < share, 4, axis=0)[:n_frames]
 
 
 @st.composite
-def moving_rigs(draw: st.DrawFn) -> Motion:
+def moving_rigs(draw: st.DrawFn, frame_counts: Sequence[int] = _FRAME_COUNTS) -> Motion:
     """A rig whose joints each turn for a while, and rest for a while; some slide in their parents as well."""
     skeleton = draw(rigs())
-    n_frames = draw(st.sampled_from(_FRAME_COUNTS))
+    n_frames = draw(st.sampled_from(frame_counts))
     rng = np.random.default_rng(draw(_seeds))
     n_joints = skeleton.n_joints
     moves = stretches(rng, n_frames, n_joints, draw(st.sampled_from([0.0, 0.4, 0.8])))[:, :, None]

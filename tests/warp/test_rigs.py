@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import warnings
+from dataclasses import replace
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from retime.motion.contacts import Contacts, Foot
+from retime.errors import RetimeWarning
+from retime.motion import rotation
+from retime.motion.contacts import Contacts, Foot, contacts
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
+from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
 from retime.warp.apply import apply_warp, retimed_slip
 from retime.warp.curve import Warp, output_frame_times
+from retime.warp.guided import guided_warp
+from retime.warp.reference import Reference
+from tests.motion.walkers import built, moved, permuted, renamed, walker
 from tests.reference import contacts as literal
 from tests.reference.averaging import averaged_pose
 from tests.warp.motions import wandering_motion
-from tests.warp.rigs import contacts_of, moving_rigs, warps_of
+from tests.warp.rigs import contacts_of, moving_rigs, orders, stretches, warps_of
 
 
 def assert_is_the_definition(result: Motion, motion: Motion, warp: Warp, standing: Contacts | None, **how) -> None:
@@ -59,7 +69,7 @@ def test_joints_below_a_foot_may_come_before_or_after_the_rest(order: str) -> No
     assert_is_the_definition(apply_warp(motion, warp, contacts=standing), motion, warp, standing)
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(st.data())
 def test_any_rig_is_averaged_as_defined(data: st.DataObject) -> None:
     motion = data.draw(moving_rigs())
@@ -77,7 +87,7 @@ def test_any_rig_is_averaged_as_in_the_paper(data: st.DataObject) -> None:
     assert_is_the_definition(result, motion, warp, None, keep_root_path=False)
 
 
-@settings(max_examples=150)
+@settings(max_examples=80)
 @given(st.data())
 def test_the_slip_of_any_rig_is_measured_as_defined(data: st.DataObject) -> None:
     motion = data.draw(moving_rigs())
@@ -99,3 +109,123 @@ def test_the_slip_of_any_rig_is_measured_as_defined(data: st.DataObject) -> None
             for i, (first, last) in zip(here, wanted, strict=True):
                 slid = literal.slip(output, (point.joint, point.end_site), scale, first, last)
                 assert found.millimetres[i] == pytest.approx(slid, abs=1e-6)
+
+
+def written_otherwise(motion: Motion, seed: int, *, names: bool) -> tuple[Motion, list[int]]:
+    """The same motion with its joints in another order, and with names that say nothing; and where each one went."""
+    order = orders(motion.skeleton, seed)
+    other = permuted(motion, order)
+    if names:
+        # In an order of their own.
+        said = [f"bone {n}" for n in np.random.default_rng(seed).permutation(len(order)).tolist()]
+        other = replace(other, skeleton=replace(other.skeleton, names=tuple(said)))
+    return other, order
+
+
+def moved_contacts(standing: Contacts, order: list[int]) -> Contacts:
+    feet = [replace(foot, joint=order.index(foot.joint)) for foot in standing.feet]
+    # In another order too.
+    return Contacts(tuple(feet[::-1]), standing.at_rest[:, ::-1], standing.rate)
+
+
+def assert_same_motion(found: Motion, order: list[int], wanted: Motion) -> None:
+    turns = np.sum(found.rotations * wanted.rotations[:, order], axis=-1, keepdims=True)
+    apart = found.rotations * np.sign(turns) - wanted.rotations[:, order]
+    np.testing.assert_allclose(apart, 0.0, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.local_translations, wanted.local_translations[:, order], rtol=0, atol=1e-9)
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_order_and_names_change_no_warp(data: st.DataObject) -> None:
+    motion = data.draw(moving_rigs((14, 24, 40)))
+    other, _ = written_otherwise(motion, data.draw(st.integers(0, 999)), names=data.draw(st.booleans()))
+    options = {
+        "length": data.draw(st.sampled_from(["60%", "100%", "150%"])),
+        "features": data.draw(st.sampled_from(["heading", "torso"] if len(motion.skeleton.names) > 1 else ["heading"])),
+        "score": data.draw(st.sampled_from(["joint", "conditional"])),
+    }
+    one, two = guided_warp(motion, **options), guided_warp(other, **options)
+    assert one.path is not None
+    assert two.path is not None
+    # Where the rig stands, many paths are equally good: the same one is taken.
+    assert one.path.frames.tolist() == two.path.frames.tolist()
+    assert one.path.total == two.path.total
+    assert np.array_equal(one.warp.output_times, two.warp.output_times)
+    assert np.array_equal(one.warp.input_times, two.warp.input_times)
+
+
+@settings(max_examples=100)
+@given(st.data())
+def test_order_and_names_change_no_joint_of_the_output(data: st.DataObject) -> None:
+    motion = data.draw(moving_rigs())
+    warp, standing = data.draw(warps_of(motion)), data.draw(contacts_of(motion))
+    other, order = written_otherwise(motion, data.draw(st.integers(0, 999)), names=True)
+    contacts_there = moved_contacts(standing, order)
+    for loop in (False, True):
+        with warnings.catch_warnings():
+            # Hardly any rig comes back to its first pose.
+            warnings.simplefilter("ignore", RetimeWarning)
+            one = apply_warp(motion, warp, contacts=standing, loop=loop)
+            two = apply_warp(other, warp, contacts=contacts_there, loop=loop)
+        assert_same_motion(two, order, one)
+    before, after = (
+        retimed_slip(motion, warp, contacts=standing).contact_aware,
+        retimed_slip(other, warp, contacts=contacts_there).contact_aware,
+    )
+    np.testing.assert_allclose(np.sort(after.millimetres), np.sort(before.millimetres), rtol=0, atol=1e-6)
+
+
+@settings(max_examples=100)
+@given(st.data())
+def test_order_changes_no_foot_that_is_found(data: st.DataObject) -> None:
+    motion = data.draw(moving_rigs())
+    other, order = written_otherwise(motion, data.draw(st.integers(0, 999)), names=False)
+    one, two = contacts(motion), contacts(other)
+    here = {(order.index(foot.joint), foot.end_site): column.tolist() for foot, column in columns_of(one)}
+    there = {(foot.joint, foot.end_site): column.tolist() for foot, column in columns_of(two)}
+    assert here == there
+
+
+def columns_of(standing: Contacts) -> list[tuple[Foot, np.ndarray]]:
+    return list(zip(standing.feet, standing.at_rest.T, strict=True))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("whose", ["input", "reference", "both"])
+@pytest.mark.parametrize("other_body", [False, True])
+def test_order_changes_no_warp_to_a_reference(seed: int, whose: str, other_body: bool) -> None:
+    motion, reference = walker(60), walker(75)
+    # The walk is even; in a mirror, and on another body, it is not quite the same.
+    reference = moved(reference, rotation.about_axis(1, 0.4), np.array([1.0, 0.0, 2.0]))
+    if other_body:
+        factors = np.random.default_rng(seed).uniform(0.7, 1.4, reference.skeleton.n_joints)
+        reference = renamed(
+            built(reference, factors, 1.1), {"LeftToe": "LeftToeBase", "Head": "head", "Spine": "Belly"}
+        )
+    one = guided_warp(motion, reference=Reference(reference, mirror=True), length="70%")
+    if whose != "reference":
+        motion, _ = written_otherwise(motion, seed, names=False)
+    if whose != "input":
+        reference, _ = written_otherwise(reference, seed + 7, names=False)
+    two = guided_warp(motion, reference=Reference(reference, mirror=True), length="70%")
+    assert one.path is not None
+    assert two.path is not None
+    assert one.path.frames.tolist() == two.path.frames.tolist()
+    assert one.path.total == two.path.total
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_order_of_channels_changes_no_warp(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    waves = np.cumsum(stretches(rng, 60, 6, 0.5) * rng.normal(size=(60, 6)), axis=0)
+    # Two channels that are one, for a while.
+    waves[:30, 1] = waves[:30, 0]
+    signal = Signal(tuple("abcdef"), waves, Fraction(30))
+    order = rng.permutation(6).tolist()
+    other = Signal(tuple(f"channel {place}" for place in order), waves[:, order], Fraction(30))
+    one, two = guided_warp(signal, length="70%"), guided_warp(other, length="70%")
+    assert one.path is not None
+    assert two.path is not None
+    assert one.path.frames.tolist() == two.path.frames.tolist()
+    assert one.path.total == two.path.total

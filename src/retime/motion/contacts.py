@@ -247,7 +247,7 @@ def contacts(
     if poses.end_positions.shape[1]:
         lowest = np.minimum(lowest, poses.end_positions[:, :, 1].min(axis=1))
     if feet is None:
-        found = _named_feet(motion.skeleton.names) or _lowest_limbs(motion, poses, lowest, scale)
+        found = named_feet(motion.skeleton.names) or _lowest_limbs(motion, poses, lowest, scale)
     else:
         found = tuple(Foot(_joint(motion.skeleton.names, name)) for name in feet)
 
@@ -272,8 +272,10 @@ def contacts(
     return Contacts(found, at_rest, motion.rate)
 
 
-def _named_feet(names: Sequence[str]) -> tuple[Foot, ...]:
-    parts = enumerate(body_parts(names))
+def named_feet(names: Sequence[str]) -> tuple[Foot, ...]:
+    """Find the joints that names call feet or toes (see `retime.motion.joint_names`); none where they don't."""
+    # All that are called so: which of two is the first says nothing.
+    parts = enumerate(body_parts(names, repeated=True))
     return tuple(Foot(joint) for joint, part in parts if part is not None and part.base in ("foot", "toes"))
 
 

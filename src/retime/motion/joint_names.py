@@ -161,8 +161,16 @@ def _take_one_apart(name: str) -> JointName:
     return JointName("", helper + base)
 
 
-def mirror_partners(names: Sequence[str]) -> tuple[int | None, ...]:
+def mirror_partners(names: Sequence[str], parents: Sequence[int] | None = None) -> tuple[int | None, ...]:
     """Find the joint that each joint becomes in a mirror.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Joint names, root first.
+    parents : sequence of int, optional
+        Each joint's parent, which stands before it; -1 for the root. Of joints that share a name, they tell which
+        belong together: those whose parents do. Left out, the first belongs to the first.
 
     Returns
     -------
@@ -179,17 +187,31 @@ def mirror_partners(names: Sequence[str]) -> tuple[int | None, ...]:
     places: defaultdict[JointName, list[int]] = defaultdict(list)
     for joint, name in enumerate(apart):
         places[name].append(joint)
-    partners: list[int | None] = []
+    partners: list[int | None] = [None] * len(apart)
     for joint, name in enumerate(apart):
         others = places.get(JointName(_OTHER_SIDE[name.side], name.base), [])
-        # Of joints that share a name, the first belongs to the first.
         place = places[name].index(joint)
-        partners.append(others[place] if place < len(others) else None)
+        if not name.side:
+            partners[joint] = joint
+        elif len(others) == 1 == len(places[name]) or parents is None:
+            partners[joint] = others[place] if place < len(others) else None
+        else:
+            above = partners[parents[joint]] if parents[joint] >= 0 else None
+            beside = [other for other in others if parents[other] == above]
+            place = [other for other in places[name] if parents[other] == parents[joint]].index(joint)
+            partners[joint] = beside[place] if place < len(beside) else None
     return tuple(partners)
 
 
-def body_parts(names: Sequence[str]) -> tuple[JointName | None, ...]:
+def body_parts(names: Sequence[str], *, repeated: bool = False) -> tuple[JointName | None, ...]:
     """Say which part of a body each joint is, by the names that well-known programs and databases give them.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Joint names, root first.
+    repeated : bool
+        Say it of every joint that is called so. Left out, of the first one only, so that each part is there once.
 
     Returns
     -------
@@ -215,7 +237,7 @@ def body_parts(names: Sequence[str]) -> tuple[JointName | None, ...]:
     if hips not in parts and apart[0] == JointName("", "root"):
         parts[0] = hips
     seen: set[JointName] = set()
-    for joint, known in enumerate(parts):
+    for joint, known in enumerate(() if repeated else parts):
         if known in seen:
             parts[joint] = None
         elif known is not None:

@@ -127,6 +127,8 @@ def lateral_axis(rest: RestPose, pairs: Sequence[tuple[int, int]]) -> FloatArray
     OptionError
         Left and right joints rest in the same places.
     """
+    # In an order that is none of the file's: the sum is the same to the last bit.
+    pairs = sorted(pairs, key=lambda pair: _places(rest, rest, pair))
     across: FloatArray = sum((rest.positions[left] - rest.positions[right] for left, right in pairs), start=np.zeros(3))
     length = float(np.linalg.norm(across))
     if not length > _NOTHING * float(np.abs(rest.positions).max()):
@@ -299,7 +301,9 @@ def fit_skeletons(rest: RestPose, reference: RestPose, pairs: Sequence[tuple[int
     OptionError
         The rest poses say too little: no lengths, or all matched joints in one line.
     """
-    pairs = sorted(pairs)
+    # By depth, so the root comes first where it is matched, and then by place: sums are the same to the last bit in
+    # whatever order a file lists its joints.
+    pairs = sorted(pairs, key=lambda pair: (_depth(rest, pair[0]), *_places(rest, reference, pair), pair))
     partner = dict(pairs)
     matched = set(partner.values())
     base = partner.get(0, 0)
@@ -321,7 +325,7 @@ def fit_skeletons(rest: RestPose, reference: RestPose, pairs: Sequence[tuple[int
     size = float(np.linalg.norm(rest.positions[[joint for joint, _ in pairs]], axis=1).mean())
 
     stretches = []
-    for joint, other in sorted(pairs, key=lambda pair: _depth(rest, pair[0])):
+    for joint, other in pairs:
         if joint == 0:
             continue
         start, reference_start, length, reference_length, offset = walks[joint]
@@ -366,6 +370,10 @@ def _rest_places(
         else:
             places[part.joint] = places[part.start] + rotation.rotate(rotation.conjugate(turn), part.offset)
     return places
+
+
+def _places(rest: RestPose, reference: RestPose, pair: tuple[int, int]) -> tuple[float, ...]:
+    return (*rest.positions[pair[0]].tolist(), *reference.positions[pair[1]].tolist())
 
 
 def _depth(rest: RestPose, joint: int) -> int:

@@ -177,13 +177,14 @@ class _MotionDescriber:
     """Describes a motion and its counterparts by the joints that all of them have."""
 
     def __init__(self, clip: Motion, others: Sequence[Counterpart], options: PoseOptions, unit: float) -> None:
-        self.clip, self.others, self.options, self.unit = clip, others, options, unit
+        self.clip, self.options, self.unit = clip, options, unit
+        self.others = [replace(other, clip=_in_order_of(clip, other.clip)) for other in others]
         self.space = pose_space(clip, options)
         self.names = clip.skeleton.names
         self.rest = RestPose.of(clip.skeleton)
         self.poses = global_poses(clip)
-        self.matches = [self._match(other) for other in others]
-        self.partners = [mirror_partners(clip_names(other.clip)) if other.mirror else None for other in others]
+        self.matches = [self._match(other) for other in self.others]
+        self.partners = [self._mirror_partners(other) for other in self.others]
         self.joints = self._common_joints()
 
     def column(self) -> Column:
@@ -213,6 +214,10 @@ class _MotionDescriber:
                 "reference. Give a joint map that says which is which (joint_map, from input joint to reference joint)"
             )
         return match
+
+    def _mirror_partners(self, other: Counterpart) -> tuple[int | None, ...] | None:
+        assert isinstance(other.clip, Motion)
+        return mirror_partners(other.clip.skeleton.names, other.clip.skeleton.parents) if other.mirror else None
 
     def _common_joints(self) -> list[int]:
         """List the joints that count and that every reference has, mirrored too where it is."""
@@ -302,6 +307,37 @@ def _in_input_order(placed: GlobalPoses, fit: SkeletonFit, n_joints: int) -> Glo
     positions = np.zeros((len(placed.positions), n_joints, 3))
     positions[:, [0, *(part.joint for part in fit.stretches)]] = placed.positions
     return GlobalPoses(positions, placed.rotations, placed.end_positions)
+
+
+def _in_order_of(clip: Motion, other: Clip) -> Clip:
+    """Put a motion's joints into the order that another's have, where they are the same by all names from the root."""
+    if not isinstance(other, Motion) or (other.skeleton.names, other.skeleton.parents) == (
+        clip.skeleton.names,
+        clip.skeleton.parents,
+    ):
+        return other
+    wanted, ways = _ways(clip.skeleton), _ways(other.skeleton)
+    places = {way: joint for joint, way in enumerate(ways)}
+    if not len(places) == len(ways) == len(wanted) or places.keys() != set(wanted):
+        return other
+    order = [places[way] for way in wanted]
+    return Motion(
+        Skeleton(clip.skeleton.names, clip.skeleton.parents, other.skeleton.offsets[order]),
+        other.rotations[:, order],
+        other.local_translations[:, order],
+        other.rate,
+        other.name,
+        metres_per_unit=other.metres_per_unit,
+        up=other.up,
+    )
+
+
+def _ways(skeleton: Skeleton) -> list[tuple[str, ...]]:
+    """List the names from the root to each joint."""
+    ways: list[tuple[str, ...]] = []
+    for name, parent in zip(skeleton.names, skeleton.parents, strict=True):
+        ways.append((*(ways[parent] if parent >= 0 else ()), name))
+    return ways
 
 
 def _same_skeleton(a: Skeleton, b: Skeleton) -> bool:

@@ -200,7 +200,8 @@ def joint_vectors(
 
 def signal_scales(names: Sequence[str], values: Sequence[FloatArray], options: PoseOptions) -> FloatArray:
     """Find what to divide each channel by, from all frames of the references (each of shape (n_frames, n_channels))."""
-    together = np.concatenate(values)
+    # Row by row in memory: else sums, to the last bit, depend on how the arrays were made.
+    together = np.ascontiguousarray(np.concatenate(values))
     # Scaled to 1 first: the squares of large numbers would overflow.
     largest = np.abs(together).max(axis=0)
     unit = np.where(largest > 0, largest, 1.0)

@@ -7,6 +7,7 @@ coordinate.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from retime.brief import brief_repr
 from retime.errors import OptionError
+from retime.kernels import IntArray
 from retime.motion.joint_names import JointMatch, near_names
 from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
@@ -95,6 +97,8 @@ class PoseTracks:
         Whether this is the mirror image.
     matches : tuple of JointMatch or None
         For each clip which joints were matched with the input's; None where the skeleton is the same, and for signals.
+    order : int array, shape (n_numbers,), optional
+        Which numbers come first when the clips are read; left out, they stay in the clips' order.
     """
 
     tracks: tuple[Track, ...]
@@ -102,6 +106,7 @@ class PoseTracks:
     weight: float = 1.0
     mirrored: bool = False
     matches: tuple[JointMatch | None, ...] = ()
+    order: IntArray | None = None
 
     __repr__ = brief_repr
 
@@ -118,7 +123,8 @@ class PoseTracks:
     def at(self, times: ArrayLike, cutoff: float) -> FloatArray:
         """Low-pass each clip at its own rate and read all of them at `times` (seconds); shape (n, n_numbers)."""
         parts = [track.at(times, cutoff) for track in self.tracks]
-        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+        joined = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+        return joined if self.order is None else np.take(joined, self.order, axis=1)
 
     def at_rate(self, rate: float, cutoff: float) -> FloatArray:
         """Read at `rate` Hz from the first frame to the last; shape (n_frames at that rate, n_numbers)."""
@@ -142,6 +148,28 @@ class ModelPoses:
 
     __repr__ = brief_repr
 
+    def in_own_order(self) -> ModelPoses:
+        """Order the numbers by what they are, where the clips' files have them by joint or by channel.
+
+        Sums over them are then the same to the last bit whatever order a file lists its joints in, and whatever it
+        calls them; so is the choice between paths that are equally good.
+        """
+        everything = [
+            [column for track in poses.tracks for column in track.vectors.T] for poses in (self.input, *self.references)
+        ]
+        first = [float(column[0]) for column in everything[0]]
+        shared = Counter(first)
+
+        def key(number: int) -> tuple[float, bytes]:
+            # Joints that begin in one place are told apart by all their numbers; those alike in all may be exchanged.
+            alike = shared[first[number]] > 1
+            return first[number], b"".join(columns[number].tobytes() for columns in everything) if alike else b""
+
+        order = np.array(sorted(range(len(first)), key=key), dtype=np.intp)
+        return ModelPoses(
+            replace(self.input, order=order), tuple(replace(poses, order=order) for poses in self.references)
+        )
+
 
 def model_poses(
     input_motion: Clip | Sequence[Clip],
@@ -150,13 +178,13 @@ def model_poses(
 ) -> ModelPoses:
     """Describe the poses of an input and of its references by the same numbers.
 
-    A reference with the input's skeleton (the same names in the same order, the same rest offsets) is described as the
-    input is. One with another skeleton is posed on the input's: joints are matched by name (see `match_joints` in
-    `retime.motion.joint_names`), and axes and proportions are made the input's (`retime.motion.proportions`), so that a
-    child and a giant in the same pose get the same numbers, whatever their units. Then only joints that all references
-    share are compared. In heading space a Z-up reference is stood upright, and one that stays far above or below the
-    input's floor is put on it. Channels of signals are matched by name, and scaled by their standard deviation over all
-    references together.
+    A reference with the input's skeleton (the same names from the root, in any order, and the same rest offsets) is
+    described as the input is. One with another skeleton is posed on the input's: joints are matched by name (see
+    `match_joints` in `retime.motion.joint_names`), and axes and proportions are made the input's
+    (`retime.motion.proportions`), so that a child and a giant in the same pose get the same numbers, whatever their
+    units. Then only joints that all references share are compared. In heading space a Z-up reference is stood upright,
+    and one that stays far above or below the input's floor is put on it. Channels of signals are matched by name, and
+    scaled by their standard deviation over all references together.
 
     The clips of a group are compared each with its counterpart, in its own space: how they stand to each other is not
     looked at. Lengths of a group are in the unit of its first clip, where units are known.

@@ -36,7 +36,7 @@ class GuidedWarp:
     references : tuple of str
         Names of the references.
     input_poses : float array, shape (n_input, n_numbers)
-        Pose vectors of the unrolled input.
+        Pose vectors of the unrolled input; their numbers are in no order of joints (`ModelPoses.in_own_order`).
     allowed : bool array, shape (n_input, max_skip)
         Steps that the search was allowed.
     locked : tuple of LockedSpan

@@ -93,7 +93,7 @@ class Session:
         self.n_neighbors, self.time_scale, self.low_pass, self.score = n_neighbors, time_scale, low_pass, score
         poses = model_poses(
             self.clips, () if self.itself else as_references(reference, len(self.clips), rate), features
-        )
+        ).in_own_order()
         self._tracks, references = poses.input, poses.references
         self._own_name = self._tracks.name if self.itself else ""
         self.references = tuple(track.name for track in references)
