@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retime import write
+from retime import Motion, Skeleton, write
 from retime.cli import info
 from retime.kernels import BACKENDS, compiled_available
 from tests.cli.figures import figure
+from tests.motion.walkers import renamed
 
 
 def test_a_motion(run, clips) -> None:
@@ -29,6 +30,9 @@ def test_a_motion(run, clips) -> None:
         "unit": "not known (flights take a size from the skeleton)",
         "joints": "6, and 3 end sites: Hips, Chest, LeftLeg, LeftFoot, RightLeg, RightFoot",
         "flights": "1: frames 108:132 (1.80-2.20 s)",
+        "feet": "2, by name: LeftFoot, RightFoot",
+        "mirror": "2 pairs by name: LeftLeg/RightLeg, LeftFoot/RightFoot",
+        "parts": "5 of 6 joints known by name; other names match only their like: Chest",
     }
 
 
@@ -53,7 +57,32 @@ def test_a_motion_as_json(run, clips) -> None:
         "seems_z_up": False,
         # Half as fast, nothing falls as freely as it should.
         "flights": [],
+        "feet": ["LeftFoot", "RightFoot"],
+        "feet_found_by": "name",
+        "mirror_pairs": [["LeftLeg", "RightLeg"], ["LeftFoot", "RightFoot"]],
+        "parts": ["hips", None, "left thigh", "left foot", "right thigh", "right foot"],
     }
+
+
+def test_what_other_names_change_is_said(run, tmp_path) -> None:
+    motion = figure()
+    said = {"Hips": "a", "Chest": "b", "LeftLeg": "c", "LeftFoot": "d", "RightLeg": "e", "RightFoot": "f"}
+    write(renamed(motion, said), tmp_path / "letters.bvh")
+    rows = dict(line.split(maxsplit=1) for line in run("info", "letters.bvh").stdout.splitlines())
+    # The figure's legs are lowest all the time; its shins end there.
+    assert rows["feet"] == "2, by how they move, for no joint is called a foot: end of d, end of f"
+    assert rows["mirror"] == "none: no two joints are called left and right"
+    assert rows["parts"] == "0 of 6 joints known by name; other names match only their like: a, b, c, d and 2 more"
+    document = json.loads(run("info", "letters.bvh", "--json").stdout)
+    assert (document["feet"], document["feet_found_by"]) == (["end of d", "end of f"], "motion")
+    assert (document["mirror_pairs"], document["parts"]) == ([], [None] * 6)
+
+
+def test_a_figure_without_feet_says_so(run, tmp_path) -> None:
+    ball = Motion(Skeleton(("ball",), (-1,), np.zeros((1, 3))), np.tile([1.0, 0, 0, 0], (30, 1, 1)))
+    write(ball, tmp_path / "ball.bvh")
+    assert "feet      none: no joint is called a foot, and no limb is often lowest\n" in run("info", "ball.bvh").stdout
+    assert json.loads(run("info", "ball.bvh", "--json").stdout)["feet_found_by"] is None
 
 
 def test_a_signal(run, clips) -> None:

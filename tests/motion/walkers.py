@@ -84,7 +84,8 @@ def scaled(motion: Motion, factor: float) -> Motion:
 
 def renamed(motion: Motion, names: Mapping[str, str]) -> Motion:
     skeleton = motion.skeleton
-    return rebuilt(motion, [names.get(name, name) for name in skeleton.names], skeleton.parents, skeleton.offsets)
+    again = tuple(names.get(name, name) for name in skeleton.names)
+    return replace(motion, skeleton=replace(skeleton, names=again))
 
 
 def permuted(motion: Motion, order: Sequence[int]) -> Motion:

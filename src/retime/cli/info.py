@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 # The extras of pyproject.toml, and the package that each brings.
 EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget", "pandas": "pandas"}
 _PACKAGES = ("numpy", "scipy", "click")
+_NAMES_SHOWN = 4
 
 
 _EXAMPLES = "\b\nExamples\n  retime info walk.bvh\n  retime info --build\n"
@@ -29,7 +30,7 @@ _EXAMPLES = "\b\nExamples\n  retime info walk.bvh\n  retime info --build\n"
 @click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object.")
 @click.option("--build", cls=Option, is_flag=True, help="Say how retime itself is built: backend, versions, extras.")
 def command(*, clip: Path | None, clip_options: ClipOptions, as_json: bool, build: bool) -> None:
-    """Say what CLIP holds: joints, frames, rate, channels, units, flights."""
+    """Say what CLIP holds: joints, frames, rate, channels, units, flights, and what its names tell."""
     if build == (clip is not None):
         raise click.UsageError("give a CLIP, or --build" if clip is None else "give a CLIP or --build, not both")
     if clip is None:
@@ -82,6 +83,8 @@ def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
     from retime.formats.registry import format_of
+    from retime.motion.contacts import contacts, named_feet
+    from retime.motion.joint_names import body_parts, mirror_partners
     from retime.motion.kinematics import flights, seems_z_up
     from retime.motion.motion import Motion
 
@@ -99,7 +102,9 @@ def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
     if not isinstance(clip, Motion):
         return {**document, "channels": len(clip.names), "channel_names": list(clip.names)}
     skeleton = clip.skeleton
-    declared = clip.declaration
+    names, declared = skeleton.names, clip.declaration
+    feet = contacts(clip).feet
+    partners = mirror_partners(names, skeleton.parents)
     return {
         **document,
         "channels": None if declared is None else sum(len(channels) for channels in declared.channels),
@@ -110,6 +115,11 @@ def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
         "up": clip.up,
         "seems_z_up": seems_z_up(clip),
         "flights": [[first + clip.first_frame, last + clip.first_frame] for first, last in flights(clip)],
+        # What is told by the joints' names.
+        "feet": [("end of " if foot.end_site is not None else "") + names[foot.joint] for foot in feet],
+        "feet_found_by": ("name" if named_feet(names) else "motion") if feet else None,
+        "mirror_pairs": [[names[i], names[j]] for i, j in enumerate(partners) if j is not None and i < j],
+        "parts": [part and f"{part.side} {part.base}".strip() for part in body_parts(names)],
     }
 
 
@@ -137,4 +147,33 @@ def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
         ("up", clip["up"] + (", but the figure stands along z: try --up z" if clip["seems_z_up"] else "")),
         ("joints", f"{len(clip['joints'])}, and {clip['end_sites']} end sites: {', '.join(clip['joints'])}"),
         ("flights", f"{len(flights)}: frames {', '.join(flights)}" if flights else "none"),
+        *_names_rows(clip),
     ]
+
+
+def _names_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
+    """Say what was told by the joints' names: another name, and it is otherwise."""
+    feet, pairs, n_joints = clip["feet"], clip["mirror_pairs"], len(clip["joints"])
+    found = {"name": "by name", "motion": "by how they move, for no joint is called a foot"}
+    unknown = [name for name, part in zip(clip["joints"], clip["parts"], strict=True) if part is None]
+    known = f"{n_joints - len(unknown)} of {n_joints} joints known by name"
+    return [
+        (
+            "feet",
+            f"{len(feet)}, {found[clip['feet_found_by']]}: {', '.join(feet)}"
+            if feet
+            else "none: no joint is called a foot, and no limb is often lowest",
+        ),
+        (
+            "mirror",
+            f"{len(pairs)} pairs by name: {_few(['/'.join(pair) for pair in pairs])}"
+            if pairs
+            else "none: no two joints are called left and right",
+        ),
+        ("parts", known + (f"; other names match only their like: {_few(unknown)}" if unknown else "")),
+    ]
+
+
+def _few(names: list[str]) -> str:
+    """List some names, and count the others."""
+    return ", ".join(names[:_NAMES_SHOWN]) + (f" and {more} more" if (more := len(names) - _NAMES_SHOWN) > 0 else "")
