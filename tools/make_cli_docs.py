@@ -28,7 +28,7 @@ One object on one line. Without a search (`--method linear` or `spline`) its num
 | `method` | `guided`, `linear` or `spline` |
 | `input`, `references` | the files read; no references where the input is its own, the hand's warp for `imitate` |
 | `example` | of `imitate` only: the frames retimed by hand, as given |
-| `input_frames`, `input_rate`, `input_seconds` | frames used of the input, its rate in Hz, and its length: frames / rate |
+| `input_frames`, `input_rate`, `input_seconds` | frames used of the input, rate in Hz, and length: frames / rate |
 | `output_frames`, `output_rate`, `output_seconds` | the same of the output |
 | `n_input`, `n_output`, `n_reference` | frames offered to the search, selected, and imitated, at the analysis rate |
 | `max_skip`, `n_neighbors`, `rate`, `upsample` | the search's options as they were used; `rate` in Hz |
