@@ -8,13 +8,22 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.motion.signal import Signal
+from retime.warp import control
 from retime.warp.curve import Keytime, keytime_of
-from retime.warp.keytimes import Reduction, as_keytimes, check_keytimes, knots_of_path, reduce_to_compression
+from retime.warp.keytimes import (
+    Reduction,
+    _bounded,
+    as_keytimes,
+    check_keytimes,
+    knots_of_path,
+    reduce_to_compression,
+)
+from tests.reference import keytimes as literal
 from tests.warp.motions import wandering_signal
 
 
@@ -296,6 +305,80 @@ def test_the_way_back_meets_every_keytime(drawn: tuple[list[Keytime], float, flo
     if all(before.input_time < after.input_time for before, after in itertools.pairwise(keys)):
         assert warp.monotone
         assert warp.smooth(0.3).monotone
+
+
+@settings(max_examples=150)
+@given(keytime_lists(), st.integers(0, 9), st.sampled_from([(0.0, math.inf), (0.3, math.inf), (0.0, 2.5)]))
+def test_no_step_is_driven_beyond_its_bounds(
+    drawn: tuple[list[Keytime], float, float, int], seed: int, limits: tuple[float, float]
+) -> None:
+    keys, input_end, rate, upsample = drawn
+    reduction = reduce_to_compression(keys, input_end, rate=rate, upsample=upsample)
+    path = some_path(reduction, seed)
+    max_skip = int(np.diff(path).max())
+    bounds = control.speed_bounds(reduction, path, max_skip, slowest=limits[0], fastest=limits[1])
+    warp = knots_of_path(reduction, path, bounds=bounds)
+    smooth = warp.smooth(0.3, at=np.arange(warp.output_start, warp.output_end, 1 / 97))
+    for span, (before, after) in enumerate(itertools.pairwise(keys)):
+        inside = slice(reduction.positions[span], reduction.positions[span + 1])
+        speeds = np.abs(warp.slopes[inside])
+        mean = abs(after.input_time - before.input_time) / (after.output_time - before.output_time)
+        if reduction.still[span]:
+            np.testing.assert_allclose(speeds, mean, atol=1e-9)
+            continue
+        slowest = min(max(limits[0], 1 / upsample), mean)
+        fastest = max(min(limits[1], max_skip / upsample), mean)
+        assert slowest * (1 - 1e-9) <= speeds.min()
+        assert speeds.max() <= fastest * (1 + 1e-9)
+        between = (smooth.output_times[:-1] >= before.output_time) & (smooth.output_times[1:] <= after.output_time)
+        assert (np.abs(smooth.slopes[between]) <= fastest * (1 + 1e-6)).all()
+        assert (np.abs(smooth.slopes[between]) >= slowest * (1 - 1e-6)).all()
+        assert (warp(before.output_time), warp(after.output_time)) == (before.input_time, after.input_time)
+
+
+@settings(max_examples=100)
+@given(st.integers(0, 2**32 - 1))
+def test_what_a_step_at_its_bound_can_not_take_the_others_do(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 12))
+    spacing, speeds = rng.uniform(0.5, 2.0, n), rng.uniform(0.2, 5.0, n)
+    low, high = np.minimum(rng.uniform(0.1, 3.0, n), speeds), np.maximum(rng.uniform(0.1, 6.0, n), speeds)
+    choice = rng.random(n) < 0.7
+    moved = spacing * speeds
+    share = rng.uniform(-0.2, 1.2)
+    least, most = (float((spacing * np.where(choice, bound, speeds)).sum()) for bound in (low, high))
+    change = least + share * (most - least)
+    scaled = np.where(choice, moved * (1 + (change - moved.sum()) / max(moved[choice].sum(), 1e-9)), moved)
+    assume((scaled[choice] > 0).all())
+    found = _bounded(spacing, scaled, change, choice, low, high)
+    if not choice.any():
+        assert found is not None
+        np.testing.assert_array_equal(found, scaled)
+    elif not 0 <= share <= 1:
+        assert found is None
+    else:
+        assert found is not None
+        np.testing.assert_allclose(found, literal.bounded(spacing, scaled, change, choice, low, high), rtol=1e-9)
+        assert found.sum() == pytest.approx(change, rel=1e-12)
+        np.testing.assert_array_equal(found[~choice], scaled[~choice])
+
+
+def test_steps_at_max_skip_stay_there_and_unit_speed_too() -> None:
+    # Six steps of 4, and four that play at 1 and 2: the output is a third of a period shorter than its ten steps.
+    keys = [Keytime(input_time=0, output_time=0), Keytime(input_time=3.0, output_time=0.967)]
+    reduction = reduce_to_compression(keys, 3.0, rate=10)
+    path = np.array([0, 4, 8, 12, 13, 14, 16, 18, 22, 26, 30])
+    bounds = control.speed_bounds(reduction, path, 4)
+    assert knots_of_path(reduction, path).slopes.max() > 4.1
+    warp = knots_of_path(reduction, path, bounds=bounds)
+    assert warp.slopes.max() == pytest.approx(4.0, abs=1e-12)
+    np.testing.assert_allclose(warp.slopes[3:5], 1.0, rtol=0, atol=1e-12)
+    # All of it at the fastest there is, in a hair less time than that takes: the mean is the bound.
+    keys = [Keytime(input_time=0, output_time=0), Keytime(input_time=4.0, output_time=0.99)]
+    close = reduce_to_compression(keys, 4.0, rate=10)
+    path = np.arange(0, 41, 4)
+    warp = knots_of_path(close, path, bounds=control.speed_bounds(close, path, 4))
+    np.testing.assert_allclose(warp.slopes, 4.0 / 0.99, rtol=1e-12)
 
 
 def test_unit_speed_stays_unit_speed_where_other_steps_can_take_the_rest() -> None:

@@ -541,6 +541,34 @@ def test_a_fiftieth_of_the_length_is_as_fast_as_steps_get() -> None:
         guided_warp(curve(2000), length=3)
 
 
+def test_no_speed_lies_beyond_what_max_skip_and_the_limits_allow() -> None:
+    rng = np.random.default_rng(1)
+    solved = 0
+    for seed in range(60):
+        clip = curve(int(rng.integers(60, 200)), int(rng.choice([24, 60, 120])), seed=seed)
+        length = float(rng.uniform(0.2, 2.5))
+        options: dict[str, object] = {"length": f"{100 * length:.2f}%"}
+        if rng.random() < 0.4:
+            options["speed"] = (float(rng.uniform(0.1, 0.6)) * min(1, 1 / length), float(rng.uniform(1.2, 3) / length))
+        if rng.random() < 0.4:
+            into = clip.end_time * float(rng.uniform(0.3, 0.7))
+            options["keys"] = [(into, into * length * float(rng.uniform(0.8, 1.2)))]
+        try:
+            result = guided_warp(clip, **options)  # type: ignore[arg-type]
+        except (InfeasibleWarpError, OptionError):
+            continue
+        solved += 1
+        low, high = options.get("speed", (0.0, math.inf))  # type: ignore[misc]
+        for warp in (result.steps, result.warp):
+            for span, (before, after) in enumerate(itertools.pairwise(warp.keytimes)):
+                mean = (after.input_time - before.input_time) / (after.output_time - before.output_time)
+                upsample = result.reduction.upsamples[span]
+                inside = (warp.output_times[:-1] >= before.output_time) & (warp.output_times[1:] <= after.output_time)
+                assert warp.slopes[inside].max() <= max(min(high, result.max_skip / upsample), mean) * (1 + 1e-9)
+                assert warp.slopes[inside].min() >= min(max(low, 1 / upsample), mean) * (1 - 1e-9)
+    assert solved > 40
+
+
 def test_a_lock_is_kept_beside_keytimes_that_lie_between_frames() -> None:
     rng = np.random.default_rng(0)
     solved = 0

@@ -439,6 +439,58 @@ def kept_speeds(
     return speeds
 
 
+def speed_bounds(
+    reduction: Reduction,
+    path: IntArray,
+    max_skip: int,
+    *,
+    locked: Sequence[LockedSpan] = (),
+    slowest: float = 0.0,
+    fastest: float = math.inf,
+    loop: bool = False,
+) -> tuple[FloatArray, FloatArray]:
+    """Say how slowly and how fast each step of a path may play when it is put on its keytimes.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        Not free.
+    path : int array, shape (n_output,)
+        Unrolled frames.
+    max_skip : int
+        Largest step.
+    locked, slowest, fastest
+        As in `allowed_steps`.
+    loop : bool
+        First and last speed agree.
+
+    Returns
+    -------
+    low, high : float arrays, shape (n_output - 1,)
+        Speeds without the sign of a backward span: from 1 / upsample to max_skip / upsample, and inside the limits and
+        the ranges of locks. Both are the speed itself where that is fixed: by a lock, by a tangent, at a loop's ends.
+        Held steps have none: 0 and infinity.
+    """
+    before, after = path[:-1], path[1:]
+    upsample_at = reduction.upsample_at[before].astype(np.float64)
+    low, high = np.maximum(1 / upsample_at, slowest), np.minimum(max_skip / upsample_at, fastest)
+    for span in locked:
+        inside = (before >= span.first) & (after <= span.last)
+        low[inside] = np.maximum(low, span.steps[0] / upsample_at)[inside]
+        high[inside] = np.minimum(high, span.steps[-1] / upsample_at)[inside]
+        if span.speed is not None:
+            low[inside] = high[inside] = span.speed
+    if loop:
+        low[[0, -1]] = high[[0, -1]] = ((after - before) / upsample_at)[[0, -1]]
+    for key, frame in zip(reduction.keytimes, reduction.frames, strict=True):
+        if key.speed is not None:
+            beside = (before == frame) | (after == frame)
+            low[beside] = high[beside] = abs(key.speed)
+    held = reduction.held[before]
+    low[held], high[held] = 0.0, np.inf
+    return low, high
+
+
 def kept_positions(reduction: Reduction, path: IntArray, locked: Sequence[LockedSpan]) -> IntArray:
     """List the places in a path between which it must stay straight: ends of locks, neighbours of tangents."""
     kept = np.isin(path, [frame for span in locked for frame in (span.first, span.last)])

@@ -213,7 +213,10 @@ class Session:
         seconds["path"] = clock.lap()
 
         speeds = control.kept_speeds(reduction, path.frames, locked=locked, slowest=slowest, fastest=fastest, loop=loop)
-        steps = knots_of_path(reduction, path.frames, speeds=speeds)
+        limits = control.speed_bounds(
+            reduction, path.frames, max_skip, locked=locked, slowest=slowest, fastest=fastest, loop=loop
+        )
+        steps = knots_of_path(reduction, path.frames, speeds=speeds, bounds=limits)
         warp = smooth_steps(
             steps,
             # A window of one frame averages nothing.
