@@ -13,7 +13,8 @@ Use a warp
 Feet that stand
     `contacts`, `Contacts` (when they do), `retimed_slip`, `SlipReport` (how far they slide, before and after)
 Look at it
-    `plot_warps` (needs the extra ``plot``)
+    `plot_warps` (needs the extra ``plot``), `compare_warps`; in a notebook every value shows itself, and
+    `retime.notebook.edit` is the editor (extra ``notebook``)
 When something is wrong
     `RetimeError` and its children, `RetimeWarning`; see `retime.errors`
 """
@@ -24,6 +25,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from retime import errors as errors
+    from retime import notebook as notebook
     from retime.data import sample
     from retime.errors import (
         FormatError,
@@ -36,6 +39,7 @@ if TYPE_CHECKING:
         RetimeError,
         RetimeWarning,
     )
+    from retime.evaluate.compare import compare_warps
     from retime.evaluate.plot import plot_warps
     from retime.formats.options import Limits
     from retime.formats.registry import read, write
@@ -55,6 +59,8 @@ if TYPE_CHECKING:
     from retime.warp.session import Session
     from retime.warp.spline import linear_warp, spline_warp
 
+# Modules that people name by themselves.
+_MODULES = ("errors", "notebook")
 # Imported when first used: `retime info` should not wait for the search, nor the search for the plots.
 _HOMES = {
     "FormatError": "retime.errors",
@@ -67,6 +73,7 @@ _HOMES = {
     "RetimeError": "retime.errors",
     "RetimeWarning": "retime.errors",
     "sample": "retime.data",
+    "compare_warps": "retime.evaluate.compare",
     "plot_warps": "retime.evaluate.plot",
     "Limits": "retime.formats.options",
     "read": "retime.formats.registry",
@@ -121,6 +128,7 @@ __all__ = [
     "SlipReport",
     "Warp",
     "apply_warp",
+    "compare_warps",
     "contacts",
     "guided_warp",
     "imitate",
@@ -137,10 +145,13 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return importlib.import_module(f"retime.{name}")
     if name in _HOMES:
         return getattr(importlib.import_module(_HOMES[name]), name)
     raise AttributeError(f"module 'retime' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    # Not `notebook`: whoever looks at all there is (help does) would need its extra.
+    return sorted([*__all__, "errors"])

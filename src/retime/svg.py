@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-_WIDTH, _HEIGHT, _LEFT, _TOP = 330, 170, 44, 24
+_WIDTH, _HEIGHT, _LEFT, _TOP = 330, 170, 52, 24
 INK = "#0f766e"
 """The colour of what is shown; the others tell several lines apart."""
 INKS = (INK, "#b45309", "#6d28d9", "#be123c", "#0369a1", "#4d7c0f")
@@ -81,6 +81,13 @@ class Panel:
         """Write above a level, at its left."""
         _, place = self._place(self._x[0], y)
         self._parts.append(f'<text x="{_LEFT + 4}" y="{place - 8:.1f}">{html.escape(text)}</text>')
+
+    def legend(self, names: Sequence[str]) -> None:
+        """Name lines at the top right, each in its colour."""
+        shown = " &#160; ".join(
+            f'<tspan fill="{ink}">{html.escape(name[:24])}</tspan>' for name, ink in zip(names, INKS, strict=False)
+        )
+        self._parts.append(f'<text x="{_LEFT + _WIDTH}" y="14" text-anchor="end">{shown}</text>')
 
     def dot(self, x: float, y: float) -> None:
         """Draw a dot."""

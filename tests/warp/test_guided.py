@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from retime.errors import InfeasibleWarpError, OptionError
+from retime.data import sample
+from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.control import Lock
@@ -453,3 +455,36 @@ def test_what_is_no_group_is_refused_by_what_it_holds(given: object, found: str)
     with pytest.raises(OptionError, match="several motions and signals") as caught:
         guided_warp(given, rate=30, length="80%")  # type: ignore[arg-type]
     assert found in str(caught.value)
+
+
+def test_a_result_applies_itself_to_its_input() -> None:
+    clip = sample()[:300]
+    result = guided_warp(clip, length="70%")
+    expected = apply_warp(clip, result.warp)
+    for shown in (result.apply(), result.apply(clip), apply_warp(clip, result)):
+        assert np.array_equal(shown.rotations, expected.rotations)
+        assert np.array_equal(shown.local_translations, expected.local_translations)
+    plain = result.apply(average=False)
+    assert np.array_equal(plain.rotations, apply_warp(clip, result.warp, average=False).rotations)
+
+
+def test_a_loop_found_is_applied_as_one() -> None:
+    clip = sample().frames(100, 200)
+    result = guided_warp(clip, length="60%", loop=True)
+    with warnings.catch_warnings():
+        # The clip is nearly a cycle.
+        warnings.simplefilter("ignore", RetimeWarning)
+        expected = apply_warp(clip, result.warp, loop=True)
+        assert np.array_equal(result.apply().rotations, expected.rotations)
+
+
+def test_a_result_for_an_array_gives_its_rows_and_of_a_group_asks_which() -> None:
+    t = np.arange(120) / 30
+    array = np.stack([np.sin(t**2), t], axis=1)
+    result = guided_warp(array, rate=30, length="75%")
+    assert np.array_equal(result.apply().values, apply_warp(array, result, rate=30))
+    pan, tilt = (Signal((name,), array[:, [i]], 30) for i, name in enumerate(("pan", "tilt")))
+    both = guided_warp([pan, tilt], length="75%")
+    with pytest.raises(OptionError, match="a group of 2 clips"):
+        both.apply()
+    assert [both.apply(clip).names for clip in both.clips] == [("pan",), ("tilt",)]

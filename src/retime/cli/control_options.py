@@ -18,6 +18,7 @@ from retime.motion.timecode import parse_length, parse_speed, parse_speeds, pars
 
 if TYPE_CHECKING:
     from retime.warp.control import Lock
+    from retime.warp.features import PoseSpace
 
 # Any rate serves to see whether a text is a time.
 _SOME_RATE = Fraction(30)
@@ -314,7 +315,7 @@ class ControlOptions:
             if getattr(self, name) not in (None, (), False)
         ]
 
-    def arguments(self, rate: Fraction, features: str | None) -> dict[str, Any]:
+    def arguments(self, rate: Fraction, features: PoseSpace | None) -> dict[str, Any]:
         """Return what `guided_warp` calls them; what was not given is left to it."""
         given: dict[str, Any] = {
             "min_length": self.min_length,

@@ -23,7 +23,7 @@ from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, Warp, output_frame_times
-from retime.warp.features import PoseOptions, timing_features
+from retime.warp.features import PoseOptions, PoseSpace, timing_features
 from retime.warp.reference import Reference, model_poses
 from retime.warp.result import GuidedWarp
 from retime.warp.session import DEFAULT_TIME_SCALE
@@ -307,7 +307,7 @@ def timing_distance(
     motion: Motion | Signal,
     reference: Motion | Signal | Reference,
     *,
-    features: str | PoseOptions | None = None,
+    features: PoseSpace | PoseOptions | None = None,
     rate: float = ANALYSIS_RATE,
     time_scale: float = DEFAULT_TIME_SCALE,
     low_pass: float = 4.0,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from retime.errors import FormatError, MissingExtraError, OptionError
+from retime.evaluate.naming import name_warps
 from retime.evaluate.plot_panels import draw_keys, draw_map, draw_speed, draw_strip
 from retime.evaluate.plot_reasons import draw_reasons, most_score, reasons_height
 from retime.evaluate.plot_style import GREY, PLOT_SUFFIXES, STYLE, pens_for, shown
@@ -17,7 +18,7 @@ from retime.evaluate.strip import DEFAULT_N_POSES, Strip, flight_times, plan_str
 from retime.files import write_bytes
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.warp.curve import Keytime, KeytimeLike, Warp, WarpLike, as_warp, keytimes_of
+from retime.warp.curve import Keytime, KeytimeLike, Warp, WarpLike, keytimes_of
 from retime.warp.explain import Explanation
 from retime.warp.spline import linear_warp, spline_warp
 
@@ -193,25 +194,6 @@ def plot_with_baselines(
         warps["spline"] = spline_warp(warp.keytimes, rate=float(motion.rate))
     warps[method] = warp
     plot_warps(warps, motion=motion, path=path, title=motion.name, explanation=explanation, overwrite=overwrite)
-
-
-def name_warps(warps: WarpLike | Mapping[str, WarpLike] | Sequence[WarpLike], call: str) -> dict[str, Warp]:
-    """Give each warp a name to show: that of the mapping, else its own, or its method; `call` is for messages."""
-    named: dict[str, Warp] = {}
-    if isinstance(warps, Mapping):
-        named.update({str(label): as_warp(warp, call) for label, warp in warps.items()})
-    else:
-        several = warps if isinstance(warps, Sequence) and not isinstance(warps, str) else [warps]
-        for warp in (as_warp(one, call) for one in several):
-            label = base = warp.name or warp.method or "warp"
-            number = 1
-            while label in named:
-                number += 1
-                label = f"{base} {number}"
-            named[label] = warp
-    if not named:
-        raise OptionError(f"there is no warp to show; pass one at least: {call}")
-    return named
 
 
 def _kind(path: str | PathLike[str]) -> str:

@@ -11,7 +11,7 @@ from retime.evaluate.metrics import ANALYSIS_RATE, Spans, activity
 from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
 from retime.warp.curve import Keytime, Warp
-from retime.warp.features import PoseOptions
+from retime.warp.features import PoseOptions, PoseSpace
 from retime.warp.reference import Reference, model_poses
 from retime.warp.spline import spline_warp
 
@@ -106,7 +106,7 @@ def align_warp(
     reference: Motion,
     *,
     loop: bool = False,
-    features: str | PoseOptions | None = None,
+    features: PoseSpace | PoseOptions | None = None,
     rate: float = ANALYSIS_RATE,
     low_pass: float = 4.0,
 ) -> Warp:

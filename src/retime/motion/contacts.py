@@ -105,7 +105,9 @@ class Contacts:
         object.__setattr__(self, "rate", parse_rate(self.rate))
 
     def __repr__(self) -> str:
-        return f"Contacts({len(self.spans())} of {len(self.feet)} feet, {self.n_frames} frames at {self.rate} Hz)"
+        return (
+            f"Contacts({len(self.spans())} contacts of {len(self.feet)} feet, {self.n_frames} frames at {self.rate} Hz)"
+        )
 
     def _repr_html_(self) -> str:
         from retime.motion.picture import contacts_html

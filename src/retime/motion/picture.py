@@ -79,16 +79,21 @@ def signal_html(signal: Signal) -> str:
     """Return the first channels of a signal, each scaled to its own range, and what it holds."""
     times = np.arange(signal.n_frames) / float(signal.rate)
     kept = thinned(signal.n_frames)
-    panel = Panel("each channel in its own range", 0.0, float(times[-1]), 0.0, 1.0, of="s")
+    panel = Panel("values", 0.0, float(times[-1]), 0.0, 1.0, of="s")
     for channel in range(min(_CHANNELS, len(signal.names))):
         values = signal.values[:, channel]
         low, high = float(values.min()), float(values.max())
         share = (values - low) / (high - low) if high > low else np.full(len(values), 0.5)
         panel.line(times[kept], share[kept], ink=INKS[channel])
-    named = list(signal.names[:_CHANNELS])
-    more = [f"and {len(signal.names) - _CHANNELS} more"] if len(signal.names) > _CHANNELS else []
+    panel.legend(signal.names[:_CHANNELS])
+    n_channels = len(signal.names)
+    drawn = f"; the first {_CHANNELS} are drawn" if n_channels > _CHANNELS else ""
     facts: dict[str, object] = {"signal": signal.name} if signal.name else {}
-    facts |= {"frames": signal.n_frames, "rate": f"{signal.rate} Hz", "channels": ", ".join([*named, *more])}
+    facts |= {
+        "frames": signal.n_frames,
+        "rate": f"{signal.rate} Hz",
+        "channels": f"{n_channels}, each in its own range{drawn}",
+    }
     return stacked(panel.svg(), facts_html(facts))
 
 

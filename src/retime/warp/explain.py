@@ -18,7 +18,7 @@ from retime.kernels import FloatArray, IntArray
 from retime.warp.control import BoolArray, LockedSpan
 from retime.warp.keytimes import Reduction
 from retime.warp.path import FramePath
-from retime.warp.score import Model, matched_frames
+from retime.warp.score import Model, ScoreName, matched_frames
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,7 +128,7 @@ def explain_path(
     locked: Sequence[LockedSpan],
     references: tuple[str, ...],
     n_neighbors: int,
-    score: str,
+    score: ScoreName,
 ) -> Explanation:
     """Explain a path; the parameters are the fields of `retime.warp.result.GuidedWarp`."""
     frames = path.frames

@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +25,8 @@ from retime.motion.signal import Signal
 
 # Seconds. Longer than any clip; its square must not drown the pose in rounding.
 _LONGEST_TIME_SCALE = 1000.0
-POSE_SPACES = ("torso", "heading", "signal")
+PoseSpace = Literal["torso", "heading", "signal"]
+POSE_SPACES = get_args(PoseSpace)
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class PoseOptions:
     ('LeftFoot', 'RightFoot')
     """
 
-    space: str | None = None
+    space: PoseSpace | None = None
     joints: Sequence[str] | None = None
     weights: Mapping[str, float] = field(default_factory=dict)
     scales: Mapping[str, float] = field(default_factory=dict)
@@ -84,12 +86,12 @@ class PoseOptions:
             object.__setattr__(self, f"{what}s", floats)
 
 
-def as_pose_options(options: PoseOptions | str | None) -> PoseOptions:
+def as_pose_options(options: PoseOptions | PoseSpace | None) -> PoseOptions:
     """Take the name of a pose space, or nothing, for options."""
     return options if isinstance(options, PoseOptions) else PoseOptions(options)
 
 
-def pose_vectors(motion: Motion | Signal, options: PoseOptions | str | None = None) -> FloatArray:
+def pose_vectors(motion: Motion | Signal, options: PoseOptions | PoseSpace | None = None) -> FloatArray:
     """Describe each frame's pose by a vector of numbers.
 
     Parameters

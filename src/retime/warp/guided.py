@@ -8,14 +8,17 @@ from numpy.typing import ArrayLike
 
 from retime.warp.clips import Clip
 from retime.warp.control import Lock
-from retime.warp.features import PoseOptions
+from retime.warp.features import PoseOptions, PoseSpace
 from retime.warp.reference import Reference
 from retime.warp.result import GuidedWarp
+from retime.warp.score import ScoreName
 from retime.warp.session import (
     DEFAULT_LOW_PASS,
     DEFAULT_NEIGHBORS,
     DEFAULT_SMOOTHING,
     DEFAULT_TIME_SCALE,
+    FreeWeight,
+    SearchName,
     Session,
 )
 
@@ -27,7 +30,7 @@ def guided_warp(
     length: str | int | None = None,
     min_length: str | int | None = None,
     max_length: str | int | None = None,
-    free_weight: str = "neutral",
+    free_weight: FreeWeight = "neutral",
     keys: Sequence[Sequence[float | str | None]] = (),
     locks: Sequence[Lock] = (),
     speed: tuple[float, float] | None = None,
@@ -40,10 +43,10 @@ def guided_warp(
     n_neighbors: int = DEFAULT_NEIGHBORS,
     time_scale: float = DEFAULT_TIME_SCALE,
     low_pass: float = DEFAULT_LOW_PASS,
-    features: str | PoseOptions | None = None,
-    score: str = "joint",
+    features: PoseSpace | PoseOptions | Sequence[PoseOptions] | None = None,
+    score: ScoreName = "joint",
     smoothing: int = DEFAULT_SMOOTHING,
-    search: str = "priced",
+    search: SearchName = "priced",
 ) -> GuidedWarp:
     """Find the warp that meets the keytimes, keeps the input's content, and moves like the reference (§3).
 
@@ -95,8 +98,8 @@ def guided_warp(
         τ, seconds: how much velocity and acceleration weigh against pose.
     low_pass : float
         Cutoff in Hz of the filter that the analysis (never the output) looks through; 0 is off.
-    features : {"torso", "heading", "signal"} or PoseOptions, optional
-        Pose space, chosen joints and their weights; see `PoseOptions`.
+    features : {"torso", "heading", "signal"}, PoseOptions, or sequence of PoseOptions, optional
+        Pose space, chosen joints and their weights; see `PoseOptions`. For a group one for all, or one a clip.
     score : {"joint", "conditional"}
         The paper's Eq. 2, or how the reference moves where its pose is like this.
     smoothing : int

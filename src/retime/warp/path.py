@@ -6,7 +6,7 @@ import itertools
 import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import SupportsIndex
+from typing import Literal, SupportsIndex, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,8 @@ from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import Backend, FloatArray, IntArray, PathProblem, backend
 
-SEARCHES = ("priced", "layered")
+PathSearch = Literal["priced", "layered"]
+SEARCHES = get_args(PathSearch)
 # Bytes: of back-pointers that the layered recurrence holds at once, of labels that the priced search may carry.
 MEMORY_LIMIT = 192 << 20
 

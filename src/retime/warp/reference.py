@@ -22,7 +22,7 @@ from retime.motion.motion import Motion
 from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.counterparts import Clip, Counterpart, clip_names, describe
-from retime.warp.features import PoseOptions, Track, as_pose_options
+from retime.warp.features import PoseOptions, PoseSpace, Track, as_pose_options
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +174,7 @@ class ModelPoses:
 def model_poses(
     input_motion: Clip | Sequence[Clip],
     references: Sequence[Reference] = (),
-    options: PoseOptions | str | Sequence[PoseOptions] | None = None,
+    options: PoseOptions | PoseSpace | Sequence[PoseOptions] | None = None,
 ) -> ModelPoses:
     """Describe the poses of an input and of its references by the same numbers.
 
@@ -292,7 +292,7 @@ def _units_per_unit(first: Clip, clip: Clip) -> float:
 
 
 def _options_of_clips(
-    clips: Sequence[Clip], options: PoseOptions | str | Sequence[PoseOptions] | None
+    clips: Sequence[Clip], options: PoseOptions | PoseSpace | Sequence[PoseOptions] | None
 ) -> list[PoseOptions]:
     """Give each clip its options; of one for all, each takes what it has joints for."""
     if isinstance(options, Sequence) and not isinstance(options, str):

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
+from retime.errors import OptionError
 from retime.kernels import FloatArray
+from retime.motion.contacts import Contacts
+from retime.motion.signal import Signal
 from retime.svg import facts_html, stacked
+from retime.warp.apply import apply_warp
 from retime.warp.control import BoolArray, LockedSpan
+from retime.warp.counterparts import Clip
 from retime.warp.curve import Warp
 from retime.warp.explain import Explanation, explain_path
 from retime.warp.keytimes import Reduction
 from retime.warp.path import FramePath
 from retime.warp.picture import warp_html
-from retime.warp.score import Model
+from retime.warp.score import Model, ScoreName
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +54,11 @@ class GuidedWarp:
     time_scale, low_pass : float
         As used; seconds and Hz.
     score : str
-        "joint" or "conditional".
+        Which local score: "joint" or "conditional".
+    clips : tuple of Motion or Signal
+        The input; more than one where it was a group. An array is a signal here.
+    loop : bool
+        Whether it was searched as a cycle.
     excess : float, optional
         For the heuristic search: by what share its total exceeds the optimum.
     seconds : dict of str to float
@@ -69,7 +79,9 @@ class GuidedWarp:
     n_neighbors: int
     time_scale: float
     low_pass: float
-    score: str
+    score: ScoreName
+    clips: tuple[Clip, ...]
+    loop: bool = False
     excess: float | None = None
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -112,6 +124,60 @@ class GuidedWarp:
         change = np.diff(self.reduction.input_times[frames])
         moved = np.sign(change) * np.diff(frames) / self.reduction.upsample_at[frames[:-1]]
         return np.where(self.reduction.held[frames[:-1]], change * self.rate, moved)
+
+    def apply(
+        self,
+        motion: Clip | None = None,
+        *,
+        average: bool = True,
+        contacts: Contacts | Literal["find"] | None = "find",
+        keep_root_path: bool = True,
+    ) -> Clip:
+        """Show the input, or another clip, with the timing that was found: `retime.apply_warp`.
+
+        Parameters
+        ----------
+        motion : Motion or Signal, optional
+            Left out, the input. Where that is a group, each of `clips` is to be named.
+        average, contacts, keep_root_path
+            As of `retime.apply_warp`. A loop stays one.
+
+        Returns
+        -------
+        Motion or Signal
+            A signal where the input was an array: its ``values`` are that array's, retimed.
+
+        Raises
+        ------
+        OptionError
+            The input is a group, and no clip is named.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from retime import guided_warp
+        >>> shorter = guided_warp(np.sin(np.arange(120) ** 2 / 900), rate=30, length="75%").apply()
+        >>> shorter.values.shape
+        (90, 1)
+        """
+        if motion is None:
+            if len(self.clips) > 1:
+                raise OptionError(
+                    f"the input was a group of {len(self.clips)} clips; name one: "
+                    "[result.apply(clip) for clip in result.clips]"
+                )
+            (motion,) = self.clips
+        # A call for each kind of clip, of which apply_warp gives back the same.
+        if isinstance(motion, Signal):
+            return apply_warp(motion, self.warp, average=average, loop=self.loop)
+        return apply_warp(
+            motion,
+            self.warp,
+            average=average,
+            contacts=contacts,
+            keep_root_path=keep_root_path,
+            loop=self.loop,
+        )
 
     def explain(self) -> Explanation:
         """Say for each output frame what it scored, what it was matched with, and what was binding."""

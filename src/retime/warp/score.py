@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,8 @@ from retime.kernels import Backend, FloatArray, IntArray, backend
 from retime.kernels.numpy_backend import mean_in_order, nearest_features, squared_distances
 from retime.warp.features import difference_scales, timing_features
 
-SCORES = ("joint", "conditional")
+ScoreName = Literal["joint", "conditional"]
+SCORES = get_args(ScoreName)
 # Numbers in a table: two gigabytes of them. An hour at 30 Hz with steps to 8 needs 7 million.
 MOST_SCORES = 250_000_000
 
@@ -146,7 +148,7 @@ def triple_scores(
     *,
     max_skip: int,
     n_neighbors: int = 3,
-    score: str = "joint",
+    score: ScoreName = "joint",
     use: Backend | None = None,
 ) -> FloatArray:
     """Score every triple of input frames against the references; exact, and the same bits from every backend.
@@ -240,7 +242,7 @@ def _nearest_in_pose(
 
 
 def matched_frames(
-    input_poses: FloatArray, path: IntArray, model: Model, *, n_neighbors: int = 3, score: str = "joint"
+    input_poses: FloatArray, path: IntArray, model: Model, *, n_neighbors: int = 3, score: ScoreName = "joint"
 ) -> tuple[IntArray, FloatArray]:
     """Find which reference frames gave each inner frame of a path its score.
 

@@ -13,6 +13,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +27,7 @@ from retime.warp import control
 from retime.warp.clips import Clip, as_clips, as_references
 from retime.warp.control import BoolArray, Lock
 from retime.warp.curve import Keytime, Warp, add_times, blend
-from retime.warp.features import PoseOptions
+from retime.warp.features import PoseOptions, PoseSpace
 from retime.warp.fit import Wishes, reduce_to_fit
 from retime.warp.keytimes import (
     Reduction,
@@ -39,7 +40,7 @@ from retime.warp.keytimes import (
 from retime.warp.path import FramePath, shortest_path
 from retime.warp.reference import Reference, model_poses
 from retime.warp.result import GuidedWarp
-from retime.warp.score import Model, build_model, triple_scores
+from retime.warp.score import Model, ScoreName, build_model, triple_scores
 from retime.warp.score_table import ScoreTable, score_table
 from retime.warp.spline import spline_warp
 
@@ -51,8 +52,10 @@ DEFAULT_TIME_SCALE = 0.2
 DEFAULT_LOW_PASS = 4.0
 # Analysis frames averaged by the moving window that smooths the staircase.
 DEFAULT_SMOOTHING = 5
-SEARCHES = ("priced", "layered", "heuristic")
-FREE_WEIGHTS = ("neutral", "sum")
+SearchName = Literal["priced", "layered", "heuristic"]
+SEARCHES = get_args(SearchName)
+FreeWeight = Literal["neutral", "sum"]
+FREE_WEIGHTS = get_args(FreeWeight)
 # Analysis rate of the paper's coarse search, Hz (§3.3).
 _COARSE_RATE = 5.0
 
@@ -81,8 +84,8 @@ class Session:
         n_neighbors: int = DEFAULT_NEIGHBORS,
         time_scale: float = DEFAULT_TIME_SCALE,
         low_pass: float = DEFAULT_LOW_PASS,
-        features: str | PoseOptions | None = None,
-        score: str = "joint",
+        features: PoseSpace | PoseOptions | Sequence[PoseOptions] | None = None,
+        score: ScoreName = "joint",
     ) -> None:
         clock = Clock()
         self.rate = float(parse_rate(DEFAULT_RATE if rate is None else rate))
@@ -123,7 +126,7 @@ class Session:
         length: str | int | None = None,
         min_length: str | int | None = None,
         max_length: str | int | None = None,
-        free_weight: str = "neutral",
+        free_weight: FreeWeight = "neutral",
         keys: Sequence[Sequence[float | str | None]] = (),
         locks: Sequence[Lock] = (),
         speed: tuple[float, float] | None = None,
@@ -133,7 +136,7 @@ class Session:
         max_skip: int | None = None,
         upsample: int | None = None,
         smoothing: int = DEFAULT_SMOOTHING,
-        search: str = "priced",
+        search: SearchName = "priced",
     ) -> GuidedWarp:
         """Find the warp; see `retime.guided_warp` for the parameters and errors."""
         clock = Clock()
@@ -246,6 +249,8 @@ class Session:
             time_scale=self.time_scale,
             low_pass=self.low_pass,
             score=self.score,
+            clips=self.clips,
+            loop=loop,
             excess=excess,
             seconds=seconds,
         )
