@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 from fractions import Fraction
@@ -21,6 +22,7 @@ from retime.motion.kinematics import flights, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.skeleton import EndSite, Skeleton
 from tests.motion.strategies import skeletons
+from tests.motion.strides import strides
 from tests.motion.walkers import moved, renamed, scaled, walker
 from tests.reference import contacts as literal
 
@@ -62,7 +64,7 @@ def restless(draw: st.DrawFn) -> Motion:
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     n_frames = draw(st.integers(1, 40))
     rate = draw(st.sampled_from([Fraction(12), Fraction(30), Fraction(24000, 1001), Fraction(60)]))
-    steps = rng.normal(0, 0.3, (n_frames, skeleton.n_joints, 3)) / float(rate)
+    steps = rng.normal(0, draw(st.sampled_from([0.3, 1.0, 3.0])), (n_frames, skeleton.n_joints, 3)) / float(rate)
     steps *= np.repeat(rng.random((n_frames // 3 + 1, skeleton.n_joints, 1)) < 0.6, 3, axis=0)[:n_frames]
     q = np.broadcast_to(rotation.normalize(rng.normal(size=(skeleton.n_joints, 4))), (n_frames, skeleton.n_joints, 4))
     return Motion(skeleton, q, np.cumsum(steps, axis=0), rate, metres_per_unit=draw(st.sampled_from([1.0, 0.5])))
@@ -81,10 +83,21 @@ class TestAgainstTheDefinition:
         for joint in range(len(names)):
             wanted = literal.at_rest(motion, (joint, None), metres_per_unit(motion))
             assert found.at_rest[:, joint].tolist() == wanted
+            assert found.held[:, joint].tolist() == literal.held(motion, (joint, None), metres_per_unit(motion))
 
     @pytest.mark.parametrize(
         "options",
-        [{}, {"speed": 0.5}, {"rise": 0.01}, {"height": 0.02}, {"gap": 0.0}, {"gap": 0.3}, {"minimum": 0.3}],
+        [
+            {},
+            {"speed": 0.5},
+            {"swing_share": 0.2},
+            {"swing_share": 0.5, "most_speed": 0.4},
+            {"rise": 0.01},
+            {"height": 0.02},
+            {"gap": 0.0},
+            {"gap": 0.3},
+            {"minimum": 0.3},
+        ],
     )
     def test_contacts_with_other_thresholds(self, options: dict[str, float]) -> None:
         # Strides with a short break, a slow lift and a touch; the other foot stands a little higher.
@@ -96,6 +109,7 @@ class TestAgainstTheDefinition:
         found = contacts(motion, **options)
         for i, foot in enumerate(found.feet):
             assert found.at_rest[:, i].tolist() == literal.at_rest(motion, (foot.joint, None), 1.0, **options)
+            assert found.held[:, i].tolist() == literal.held(motion, (foot.joint, None), 1.0, **options)
         assert not options or not np.array_equal(found.at_rest, contacts(motion).at_rest)
 
     @settings(max_examples=40)
@@ -215,6 +229,53 @@ class TestWhatStands:
         assert np.array_equal(contacts(motion).at_rest, contacts(scaled(motion, 39.37)).at_rest)
 
 
+def precision_and_recall(motion: Motion, touches: np.ndarray, **options: float) -> tuple[float, float]:
+    """Of the frames found for either foot how many are right; of the right ones how many are found."""
+    found = contacts(motion, **options)
+    names = [motion.skeleton.names[foot.joint] for foot in found.feet]
+    sides = [[i for i, name in enumerate(names) if name.startswith(side)] for side in ("Left", "Right")]
+    stands = np.stack([found.at_rest[:, side].any(axis=1) for side in sides], axis=1)
+    right = (stands & touches).sum()
+    return right / stands.sum(), right / touches.sum()
+
+
+class TestStancesThatAreKnown:
+    """Feet that roll from heel to toe, in stances from those of a run to those of a stroll."""
+
+    @pytest.mark.parametrize("rate", [24, 30, 60, 120, 240])
+    @pytest.mark.parametrize("stance", [0.3, 0.4, 0.56, 0.75, 1.0, 1.5, 2.0])
+    def test_feet_with_toes(self, rate: int, stance: float) -> None:
+        for size, unit, noise in ((1.0, 1.0, 0.001), (0.6, 0.01, 0.0005), (1.4, 0.0564, 0.002)):
+            motion, touches = strides(stance, rate=rate, size=size, unit=unit, noise=noise)
+            precision, found = precision_and_recall(motion, touches)
+            assert found > (0.8 if stance > 0.5 else 0.7)
+            # Slow feet are slow before they land, too: no rolling is looked for there.
+            without = precision_and_recall(motion, touches, swing_share=0.0)
+            assert precision > (0.95 if stance <= 1 else 0.9)
+            assert precision > without[0] - 0.05
+            assert found >= without[1]
+
+    @pytest.mark.parametrize("rate", [30, 120])
+    @pytest.mark.parametrize("stance", [0.4, 0.56, 0.75])
+    def test_an_ankle_alone_lifts_long_before_the_foot_does(self, rate: int, stance: float) -> None:
+        motion, touches = strides(stance, rate=rate, toes=False)
+        precision, found = precision_and_recall(motion, touches)
+        assert precision > 0.97
+        # From when the sole is down to the middle of the stance, when the heel leaves, and some of either side.
+        assert 0.5 < found < 0.85
+        assert found > precision_and_recall(motion, touches, swing_share=0.0)[1] + 0.08
+
+    def test_what_rolls_is_not_held_and_does_not_slip(self) -> None:
+        motion, _ = strides(0.56)
+        found, plain = contacts(motion), contacts(motion, swing_share=0.0)
+        assert found.at_rest.sum() > 1.1 * found.held.sum()
+        assert np.array_equal(found.held, plain.at_rest)
+        assert slip(motion, found).millimetres.tolist() == slip(motion, plain).millimetres.tolist()
+        assert found.where_held().spans() == plain.spans()
+        times = np.arange(0, 2, 0.017)
+        assert np.array_equal(found.at(times).held, plain.at(times).at_rest)
+
+
 class TestWhichJoints:
     def feet_of(self, motion: Motion) -> list[str]:
         return [motion.skeleton.names[foot.joint] for foot in contacts(motion).feet]
@@ -273,6 +334,14 @@ class TestValues:
         for shape in ((5,), (0, 2), (5, 1), (5, 2, 1)):
             with pytest.raises(InvalidMotionError, match="2 feet"):
                 Contacts((Foot(0), Foot(1)), np.zeros(shape, dtype=bool), Fraction(30))
+
+    def test_a_foot_is_held_only_where_it_stands(self) -> None:
+        stands = np.array([[True], [False]])
+        with pytest.raises(InvalidMotionError, match="foot 0 is held at frame 1, where it does not stand"):
+            Contacts((Foot(0),), stands, Fraction(30), ~stands)
+        with pytest.raises(InvalidMotionError, match=r"found \(2, 1\) and \(3, 1\)"):
+            Contacts((Foot(0),), stands, Fraction(30), np.zeros((3, 1), dtype=bool))
+        assert np.array_equal(Contacts((Foot(0),), stands, Fraction(30)).held, stands)
 
     def test_the_array_is_a_copy_and_stays_as_it_is(self) -> None:
         column = np.zeros((5, 1), dtype=bool)
@@ -376,3 +445,23 @@ def test_a_dancer_balances_on_one_leg(mocap: Path) -> None:
     for name in ("RightFoot", "RightToeBase"):
         assert sides[name][:200].all()
         assert not sides[name][260:].any()
+
+
+@pytest.mark.parametrize("name", ["07_01", "07_09", "07_10", "07_12", "08_01", "08_08", "08_10"])
+def test_in_walking_a_foot_stands_at_any_time(mocap: Path, name: str) -> None:
+    motion = read(mocap / "cmu-bvh" / f"{name}.bvh")
+    assert isinstance(motion, Motion)
+    motion = motion.frames(2, motion.n_frames)
+    assert contacts(motion).at_rest.any(axis=1).mean() > 0.9
+    assert not flights(motion)
+
+
+@pytest.mark.parametrize("name", ["35_17", "35_20", "35_22", "35_26"])
+def test_in_running_a_foot_stands_between_flights(mocap: Path, name: str) -> None:
+    motion = read(mocap / "cmu-bvh" / f"{name}.bvh")
+    assert isinstance(motion, Motion)
+    motion = motion.frames(2, motion.n_frames)
+    found, jumps = contacts(motion).at_rest.any(axis=1), flights(motion)
+    assert len(jumps) > 1
+    assert not any(found[first : last + 1].any() for first, last in jumps)
+    assert all(found[last:first].any() for (_, last), (first, _) in itertools.pairwise(jumps))

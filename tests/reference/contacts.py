@@ -28,18 +28,31 @@ def lowest_of_all(motion: Motion) -> list[float]:
     return [min(column) for column in zip(*heights, strict=True)]
 
 
-def at_rest(
+def at_rest(motion: Motion, foot: Place, metres: float, *, speed: float = 0.2, **options: float) -> list[bool]:
+    """Whether a foot stands, in each frame: it is held in place, or it rolls."""
+    rolls = slow_and_low(motion, foot, metres, speed=speed, **options)
+    return [one or other for one, other in zip(held(motion, foot, metres, speed=speed, **options), rolls, strict=True)]
+
+
+def held(motion: Motion, foot: Place, metres: float, **options: float) -> list[bool]:
+    """Whether a foot is held in place, in each frame."""
+    return slow_and_low(motion, foot, metres, **{**options, "swing_share": 0.0})
+
+
+def slow_and_low(
     motion: Motion,
     foot: Place,
     metres: float,
     *,
     speed: float = 0.2,
+    swing_share: float = 0.12,
+    most_speed: float = 0.6,
     rise: float = 0.04,
     height: float = 0.25,
     gap: float = 0.1,
     minimum: float = 0.05,
 ) -> list[bool]:
-    """Whether a foot stands, in each frame."""
+    """Whether a foot is both, in each frame."""
     rate, n_frames = float(motion.rate), motion.n_frames
     points = [point * metres for point in positions(motion, foot)]
     lowest = [value * metres for value in lowest_of_all(motion)]
@@ -50,11 +63,15 @@ def at_rest(
     def around(frame: int, frames: int) -> range:
         return range(max(0, frame - frames), min(n_frames - 1, frame + frames) + 1)
 
-    slow = []
+    speeds = []
     for frame in range(n_frames):
         near = around(frame, reach(1 / 30))
         moved = math.dist(points[near[0]], points[near[-1]])
-        slow.append(n_frames == 1 or moved / ((len(near) - 1) / rate) < speed)
+        speeds.append(moved / ((len(near) - 1) / rate) if n_frames > 1 else 0.0)
+    slow = []
+    for frame in range(n_frames):
+        swing = max(speeds[other] for other in around(frame, reach(0.5)))
+        slow.append(speeds[frame] < max(min(swing_share * swing, most_speed), speed))
     found = []
     for frame in range(n_frames):
         here = points[frame][1]

@@ -532,7 +532,7 @@ class TestSlip:
         )
         assert report.input.total == slip(motion, standing).total
         for found, output in outputs:
-            assert found.contacts == shown.spans()
+            assert found.contacts == shown.where_held().spans()
             np.testing.assert_allclose(found.millimetres, slip(output, shown).millimetres, rtol=0, atol=1e-9)
 
     def test_a_warp_that_leaves_something_out_says_so_once(self) -> None:

@@ -10,6 +10,7 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,9 @@ _LOW_WINDOW = 0.4
 # Speeds are differences over a thirtieth of a second to either side: over one frame of 120 Hz, capture noise alone
 # makes a tenth of a metre a second.
 _SPEED_WINDOW = 1 / 30
+# Seconds to either side in which a foot's highest speed is looked for: from either end of a stance it reaches into the
+# swing beside it.
+_SWING_WINDOW = 0.5
 # Where names say nothing: a limb whose end is this near to whatever is lowest (metres) for this share of the time.
 _LEG_HEIGHT = 0.1
 _LEG_SHARE = 0.25
@@ -81,11 +85,13 @@ class Contacts:
         Whether each stands, in each frame.
     rate : Fraction, number or str
         Frames a second; kept as an exact fraction.
+    held : bool array, shape (n_frames, n_feet), optional
+        Whether each stays put: it stands, and does not roll. Slip is measured there. Left out: wherever it stands.
 
     Raises
     ------
     InvalidMotionError
-        The array has another shape.
+        An array has another shape, or a foot is held where it does not stand.
     OptionError
         The rate is none.
     """
@@ -93,15 +99,22 @@ class Contacts:
     feet: tuple[Foot, ...]
     at_rest: BoolArray
     rate: Fraction
+    held: BoolArray | None = None
 
     def __post_init__(self) -> None:
         at_rest = np.array(self.at_rest, dtype=np.bool_)
-        if at_rest.ndim != 2 or len(at_rest) == 0 or at_rest.shape[1] != len(self.feet):
+        held = at_rest if self.held is None else np.array(self.held, dtype=np.bool_)
+        if at_rest.ndim != 2 or len(at_rest) == 0 or at_rest.shape[1] != len(self.feet) or held.shape != at_rest.shape:
             raise InvalidMotionError(
-                f"expected contacts of shape (n_frames >= 1, {len(self.feet)} feet), found {at_rest.shape}"
+                f"expected contacts of shape (n_frames >= 1, {len(self.feet)} feet), found "
+                + (f"{at_rest.shape}" if held.shape == at_rest.shape else f"{at_rest.shape} and {held.shape}")
             )
-        at_rest.setflags(write=False)
-        object.__setattr__(self, "at_rest", at_rest)
+        if np.any(held & ~at_rest):
+            frame, foot = (int(i) for i in np.argwhere(held & ~at_rest)[0])
+            raise InvalidMotionError(f"foot {foot} is held at frame {frame}, where it does not stand")
+        for name, array in (("at_rest", at_rest), ("held", held)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
         object.__setattr__(self, "rate", parse_rate(self.rate))
 
     def __repr__(self) -> str:
@@ -127,6 +140,10 @@ class Contacts:
                 f"{motion.n_frames}"
             )
 
+    def where_held(self) -> Contacts:
+        """Leave of each contact what its foot is held for."""
+        return Contacts(self.feet, cast(BoolArray, self.held), self.rate)
+
     def at(self, input_times: ArrayLike) -> Contacts:
         """Sample at any times: between two frames a foot stands if it does in both.
 
@@ -141,7 +158,8 @@ class Contacts:
             `n` frames, at this rate whatever the spacing of the times: as `Motion.at`. Two contacts become one where
             nothing of what lies between them is sampled; `spans_at` keeps them apart.
         """
-        return Contacts(self.feet, self._numbers_at(input_times) > 0, self.rate)
+        held = self.where_held()._numbers_at(input_times) > 0
+        return Contacts(self.feet, self._numbers_at(input_times) > 0, self.rate, held)
 
     def spans(self) -> tuple[Contact, ...]:
         """List the contacts: foot by foot, in the order of time."""
@@ -188,6 +206,8 @@ def contacts(
     *,
     feet: Sequence[str] | None = None,
     speed: float = 0.2,
+    swing_share: float = 0.12,
+    most_speed: float = 0.6,
     rise: float = 0.04,
     height: float = 0.25,
     gap: float = 0.1,
@@ -195,7 +215,9 @@ def contacts(
 ) -> Contacts:
     """Find where feet stand: where a joint of a foot is slow, and low.
 
-    *Slow*: the joint moves at less than `speed`, measured over a thirtieth of a second to either side. *Low*: it is at
+    *Slow*: the joint moves at less than `speed`, and so is held in place; or at less than a share of its own highest
+    speed within half a second, its swing's, and so it rolls: the faster a walk, the faster a foot still rolls while it
+    bears the body. Speeds are measured over a thirtieth of a second to either side. *Low*: it is at
     most `rise` above the lowest place where it is slow within 0.4 seconds, and at most `height` above whatever is
     lowest at the moment. Captured floors are not level, stairs are not one floor, and how high above its sole a foot's
     joints are is not known: so the first of the two decides, and the second only keeps out a foot (or a hand) that
@@ -212,7 +234,11 @@ def contacts(
     feet : sequence of str, optional
         Names of the joints to look at in place of these: hands, for a handstand.
     speed : float
-        Metres a second.
+        Metres a second: a slower joint is held in place.
+    swing_share : float
+        Share of its highest speed within half a second below which a joint rolls; 0 is off.
+    most_speed : float
+        Metres a second: a faster joint does not roll, whatever its swing.
     rise, height : float
         Metres.
     gap : float
@@ -260,18 +286,31 @@ def contacts(
     before, after = np.maximum(frames - lag, 0), np.minimum(frames + lag, motion.n_frames - 1)
     seconds = np.maximum(after - before, 1)[:, None] / rate
     step = points[after] - points[before]
-    slow = np.sqrt(np.einsum("fpc,fpc->fp", step, step)) / seconds < speed
-    places = _lowest_around(np.where(slow, heights, np.inf), max(1, round(_LOW_WINDOW * rate)))
-    at_rest = slow & (heights <= places + rise) & (heights <= lowest[:, None] * scale + height)
-    for foot in range(len(found)):
-        column = at_rest[:, foot]
+    speeds = np.sqrt(np.einsum("fpc,fpc->fp", step, step)) / seconds
+    swing = -_lowest_around(-speeds, max(1, round(_SWING_WINDOW * rate)))
+    reach = max(1, round(_LOW_WINDOW * rate))
+
+    def standing(fastest: FloatArray | float) -> BoolArray:
+        slow = speeds < fastest
+        places = _lowest_around(np.where(slow, heights, np.inf), reach)
+        at_rest = slow & (heights <= places + rise) & (heights <= lowest[:, None] * scale + height)
+        return _without_flicker(at_rest, gap * rate, max(2.0, minimum * rate))
+
+    held = standing(speed)
+    rolling = standing(np.maximum(np.minimum(swing_share * swing, most_speed), speed))
+    return Contacts(found, held | rolling, motion.rate, held)
+
+
+def _without_flicker(at_rest: BoolArray, gap: float, least: float) -> BoolArray:
+    """Close breaks of `gap` frames or less, then drop what is shorter than `least` frames."""
+    for column in at_rest.T:
         for first, stop in _runs(~column):
-            if first > 0 and stop < len(column) and stop - first <= gap * rate:
+            if first > 0 and stop < len(column) and stop - first <= gap:
                 column[first:stop] = True
         for first, stop in _runs(column):
-            if stop - first < max(2.0, minimum * rate):
+            if stop - first < least:
                 column[first:stop] = False
-    return Contacts(found, at_rest, motion.rate)
+    return at_rest
 
 
 def named_feet(names: Sequence[str]) -> tuple[Foot, ...]:
@@ -362,7 +401,7 @@ class Slip:
 
 
 def slip(motion: Motion, contacts: Contacts) -> Slip:
-    """Measure how far feet slide while they stand.
+    """Measure how far feet slide while they stand, and are held: rolling from heel to toe is no slip.
 
     A contact's slip is the greatest distance, along the ground (X and Z), between the place of its foot in the
     contact's first frame and its place in any later frame of the contact. So a foot that trembles on the spot counts
@@ -381,7 +420,7 @@ def slip(motion: Motion, contacts: Contacts) -> Slip:
         The contacts are of another number of frames.
     """
     contacts.refuse_other(motion)
-    return slip_of(motion, contacts.feet, contacts.spans())
+    return slip_of(motion, contacts.feet, contacts.where_held().spans())
 
 
 def slip_of(motion: Motion, feet: Sequence[Foot], spans: Sequence[Contact]) -> Slip:

@@ -508,7 +508,7 @@ def retimed_slip(motion: Motion, warp: WarpLike, *, contacts: Contacts | None = 
     if loop:
         _check_seam(motion)
     standing = find_contacts(motion) if contacts is None else contacts
-    shown = standing.spans_at(warp(output_frame_times(warp, float(motion.rate))))
+    shown = standing.where_held().spans_at(warp(output_frame_times(warp, float(motion.rate))))
 
     def measured(average: bool, exempt: Contacts | None, keep_root_path: bool) -> Slip:
         return slip_of(_apply(motion, warp, average, exempt, keep_root_path, loop), standing.feet, shown)
