@@ -324,6 +324,30 @@ class TestWhichJoints:
         # However still they are, they are up in the air.
         assert not contacts(replace(motion, rotations=motion.rotations[:1].repeat(40, 0)), feet=["Head"]).at_rest.any()
 
+    def test_all_that_share_a_name_are_looked_at(self) -> None:
+        names = {"LeftFoot": "foot", "RightFoot": "foot", "LeftToe": "L ball", "RightToe": "L ball"}
+        motion = renamed(walker(40), names)
+        wanted = [walker(1).skeleton.index(name) for name in ("LeftFoot", "RightFoot")]
+        assert [foot.joint for foot in contacts(motion, feet=["foot"]).feet] == wanted
+        # By their names both are the left one's toes; which is the first is none of the motion's affair.
+        wanted = [walker(1).skeleton.index(name) for name in ("LeftToe", "RightToe")]
+        assert [foot.joint for foot in contacts(motion).feet] == wanted
+
+    def test_a_helper_below_a_foot_may_be_the_end_of_the_leg(self) -> None:
+        motion = walker(80)
+        skeleton = motion.skeleton
+        toes = [skeleton.index("LeftToe"), skeleton.index("RightToe")]
+        n_joints = skeleton.n_joints
+        # Above the toes, and without a name that says anything.
+        names = (*(f"n{i}" for i in range(n_joints)), "twist a", "twist b")
+        longer = Skeleton(
+            names, (*skeleton.parents, *toes), np.concatenate([skeleton.offsets, np.full((2, 3), [0, 0.05, 0])])
+        )
+        q = np.concatenate([motion.rotations, rotation.identity(80, 2)], axis=1)
+        p = np.concatenate([motion.local_translations, np.full((80, 2, 3), [0, 0.05, 0])], axis=1)
+        found = contacts(replace(motion, skeleton=longer, rotations=q, translations=p))
+        assert [foot.joint for foot in found.feet] == [n_joints, n_joints + 1]
+
     def test_a_joint_that_is_not_there_is_named(self) -> None:
         with pytest.raises(OptionError, match=r"no joint is called 'LeftHnd'; near to it: 'LeftHand'"):
             contacts(walker(5), feet=["LeftHnd"])

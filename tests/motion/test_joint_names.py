@@ -65,6 +65,34 @@ def test_left_and_right_of_well_known_skeletons_are_partners(name) -> None:
     assert mirror_partners(names_of(name)) == (0, 1, *range(10, 18), *range(2, 10))
 
 
+def test_joints_that_share_a_name_are_partners_as_their_parents_are() -> None:
+    # Two fingers to a hand, whose tips are called alike; the hands list them the other way round.
+    names = [
+        "Hand.L",
+        "Hand.R",
+        "Thumb.L",
+        "Index.L",
+        "Tip.L",
+        "Tip.L",
+        "Index.R",
+        "Thumb.R",
+        "Tip.R",
+        "Tip.R",
+        "Tip.R",
+    ]
+    parents = [-1, 0, 0, 0, 2, 3, 1, 1, 6, 7, 1]
+    assert mirror_partners(names, parents) == (1, 0, 7, 6, 9, 8, 3, 2, 5, 4, None)
+    # Without the parents, the first belongs to the first.
+    assert mirror_partners(names)[4:6] == (8, 9)
+
+
+def test_a_part_is_said_once_or_of_every_joint() -> None:
+    names = ["Hips", "LeftFoot", "LeftAnkle", "RightFoot"]
+    once, all_of_them = body_parts(names), body_parts(names, repeated=True)
+    assert [part and part.base for part in once] == ["hips", "foot", None, "foot"]
+    assert [part and part.base for part in all_of_them] == ["hips", "foot", "foot", "foot"]
+
+
 @pytest.mark.parametrize(
     ("names", "joint", "part"),
     [

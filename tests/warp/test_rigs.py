@@ -229,3 +229,49 @@ def test_order_of_channels_changes_no_warp(seed: int) -> None:
     assert two.path is not None
     assert one.path.frames.tolist() == two.path.frames.tolist()
     assert one.path.total == two.path.total
+
+
+def below_a_still_node(motion: Motion, n_nodes: int = 1) -> Motion:
+    """The same motion under nodes that never move, turned and away from the origin, as some programs write it."""
+    skeleton = motion.skeleton
+    nodes = rotation.normalize(np.random.default_rng(n_nodes).normal(size=(n_nodes, 4)))
+    places = np.random.default_rng(n_nodes).normal(size=(n_nodes, 3))
+    q, p = motion.rotations.copy(), motion.local_translations.copy()
+    for node, place in zip(nodes, places, strict=True):
+        q[:, 0] = rotation.multiply(rotation.conjugate(node), q[:, 0])
+        p[:, 0] = rotation.rotate(rotation.conjugate(node), p[:, 0] - place)
+    below = (n_nodes - 1 if parent < 0 else parent + n_nodes for parent in skeleton.parents)
+    return Motion(
+        Skeleton(
+            (*(f"node {i}" for i in range(n_nodes)), *skeleton.names),
+            (*range(-1, n_nodes - 1), *below),
+            np.concatenate([places, skeleton.offsets]),
+        ),
+        np.concatenate([np.broadcast_to(nodes, (motion.n_frames, n_nodes, 4)), q], axis=1),
+        np.concatenate([np.broadcast_to(places, (motion.n_frames, n_nodes, 3)), p], axis=1),
+        motion.rate,
+        metres_per_unit=1.0,
+    )
+
+
+@settings(max_examples=100)
+@given(st.data())
+def test_a_still_node_above_the_hips_changes_nothing(data: st.DataObject) -> None:
+    motion = data.draw(moving_rigs())
+    warp, n_nodes = data.draw(warps_of(motion)), data.draw(st.integers(1, 3))
+    feet = data.draw(contacts_of(motion))
+    joints = [point for point in feet.feet if point.end_site is None]
+    at_rest = feet.at_rest[:, [point.end_site is None for point in feet.feet]]
+    here = Contacts(tuple(joints), at_rest, motion.rate)
+    there = Contacts(tuple(Foot(point.joint + n_nodes) for point in joints), at_rest, motion.rate)
+    below = below_a_still_node(motion, n_nodes)
+    for loop, keep in ((False, True), (False, False), (True, True)):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", RetimeWarning)
+            one = apply_warp(motion, warp, contacts=here, loop=loop, keep_root_path=keep)
+            n_said = len(said)
+            two = apply_warp(below, warp, contacts=there, loop=loop, keep_root_path=keep)
+        # A loop's root may have walked on and turned: neither is warned of, nor both.
+        assert len(said) == 2 * n_said
+        places = global_poses(one).positions, global_poses(two).positions[:, n_nodes:]
+        np.testing.assert_allclose(places[1], places[0], rtol=0, atol=1e-9)

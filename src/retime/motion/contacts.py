@@ -232,7 +232,7 @@ def contacts(
     motion : Motion
         Y up; `metres_per_unit` gives its size.
     feet : sequence of str, optional
-        Names of the joints to look at in place of these: hands, for a handstand.
+        Names of the joints to look at in place of these: hands, for a handstand. Of a repeated name every joint.
     speed : float
         Metres a second: a slower joint is held in place.
     swing_share : float
@@ -277,7 +277,7 @@ def contacts(
     if feet is None:
         found = named_feet(motion.skeleton.names) or _lowest_limbs(motion, poses, lowest, scale)
     else:
-        found = tuple(Foot(_joint(motion.skeleton.names, name)) for name in feet)
+        found = tuple(Foot(joint) for name in feet for joint in _joints(motion.skeleton.names, name))
 
     points = _points(poses, found) * scale
     heights = points[:, :, 1]
@@ -320,10 +320,11 @@ def named_feet(names: Sequence[str]) -> tuple[Foot, ...]:
     return tuple(Foot(joint) for joint, part in parts if part is not None and part.base in ("foot", "toes"))
 
 
-def _joint(names: Sequence[str], name: str) -> int:
+def _joints(names: Sequence[str], name: str) -> list[int]:
+    """Find all joints that are called so: files may repeat a name."""
     if name not in names:
         raise OptionError(f"no joint is called {name!r}{near_names(name, names)}")
-    return names.index(name)
+    return [joint for joint, other in enumerate(names) if other == name]
 
 
 def _lowest_limbs(motion: Motion, poses: GlobalPoses, lowest: FloatArray, scale: float) -> tuple[Foot, ...]:

@@ -81,7 +81,8 @@ def apply_warp(
         When the input's feet stand, frame by frame; "find" looks (`retime.motion.contacts.contacts`). None averages
         feet like everything else. Signals have no feet.
     keep_root_path : bool
-        Don't average the root's translation: the output's root goes where the input's went, however fast.
+        Don't average the root's translation: the output's root goes where the input's went, however fast. Below a root
+        that never moves, and has one child, that child is meant.
     loop : bool
         The clip is a cycle, its last frame the first one again, and the warp plays all of it. The averaging window
         then goes on across the seam instead of closing at the ends, so that the seam has no corner. This holds for all
@@ -164,7 +165,7 @@ def _apply(
     translations = result.local_translations.copy()
     # Joints that stay where they are in their parents, as most do, have nothing to average.
     moving = np.any(motion.local_translations != motion.local_translations[0], axis=(0, 2))
-    moving[0] &= not keep_root_path
+    moving[: windows.n_roots] &= not keep_root_path
     for group in groups:
         for joints, half in windows.of(group.joints, group.half):
             _average(translations, motion.local_translations, joints[moving[joints]], windows, half)
@@ -185,7 +186,8 @@ def _compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
 
 def _check_seam(motion: Motion) -> None:
     """Warn where a loop's last pose is no repetition of its first: where a joint has to turn to get there."""
-    q = motion.rotations[:, 1:]
+    n_roots = _n_roots(motion)
+    q = motion.rotations[:, n_roots:]
     if motion.n_frames < 2 or not q.size:
         return
     steps, seam = _turns(q[1:], q[:-1]).max(axis=1), _turns(q[-1], q[0])
@@ -194,10 +196,24 @@ def _check_seam(motion: Motion) -> None:
     if seam[joint] > max(float(np.median(steps)) / 2, 1e-3):
         warnings.warn(
             f"the last pose of {motion.name or 'the motion'} is not its first one again, as a loop's should be: "
-            f"{motion.skeleton.names[1 + joint]!r} is {np.degrees(seam[joint]):.1f} degrees away",
+            f"{motion.skeleton.names[n_roots + joint]!r} is {np.degrees(seam[joint]):.1f} degrees away",
             RetimeWarning,
             stacklevel=3,
         )
+
+
+def _n_roots(motion: Motion) -> int:
+    """Count the joints that carry all of the body, first in any order: the root, and the child of one that is still.
+
+    Some programs put a node that never moves above the hips.
+    """
+    parents, q, p = motion.skeleton.parents, motion.rotations, motion.local_translations
+    n = 1
+    while n < len(parents) and parents.count(n - 1) == 1:
+        if np.any(q[:, n - 1] != q[0, n - 1]) or np.any(p[:, n - 1] != p[0, n - 1]):
+            break
+        n += 1
+    return n
 
 
 def _turns(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -238,12 +254,15 @@ class _Windows:
         Their half-widths where they close at the clip's ends, and where they go on across a loop's seam.
     beyond : int
         Frames beyond the seam that they may reach; 0 where the clip is no loop.
+    n_roots : int
+        How many of the first joints carry all of the body, and may have gone on since the first frame.
     """
 
     centre: FloatArray
     closing: FloatArray
     wrapped: FloatArray
     beyond: int
+    n_roots: int
 
     @property
     def any_open(self) -> bool:
@@ -271,9 +290,8 @@ class _Windows:
 
     def of(self, joints: IntArray, half: FloatArray) -> list[tuple[IntArray, FloatArray]]:
         """Part increasing joints by their half-widths: a loop's root closes at the ends."""
-        if not (self.beyond and joints[0] == 0):
-            return [(joints, half)]
-        return [(joints[:1], np.minimum(half, self.closing)), (joints[1:], half)]
+        n = int(np.searchsorted(joints, self.n_roots)) if self.beyond else 0
+        return [(joints[:n], np.minimum(half, self.closing)), (joints[n:], half)] if n else [(joints, half)]
 
     def means(self, values: FloatArray, half: FloatArray) -> tuple[IntArray, FloatArray]:
         """Find the output frames whose windows are open, and the means of continued values over these."""
@@ -292,7 +310,8 @@ def _windows(
     closing = np.minimum(half, np.minimum(centre, last - centre))
     # A window wider than the whole cycle would count some of it more often than the rest.
     wrapped = np.minimum(half, last / 2) if loop else closing
-    return _Windows(centre, closing, wrapped, min(last, int(np.ceil(wrapped.max()))) if loop else 0)
+    beyond = min(last, int(np.ceil(wrapped.max()))) if loop else 0
+    return _Windows(centre, closing, wrapped, beyond, _n_roots(motion) if isinstance(motion, Motion) else 0)
 
 
 @dataclass(frozen=True, eq=False)
