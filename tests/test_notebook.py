@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from retime import guided_warp, read, write
-from retime.errors import OptionError
+from retime.errors import MissingPageError, OptionError
 from retime.server.messages import VERSION
 from tests.cli.figures import figure
 
@@ -120,7 +120,7 @@ def test_what_can_not_be_edited_is_refused(clip, tmp_path, monkeypatch) -> None:
         with pytest.raises(OptionError, match="clips of its own"):
             notebook.edit(clip, project=tmp_path / "there.retime")
         (notebook.PAGE / "widget.js").unlink()
-        with pytest.raises(FileNotFoundError, match="make page"):
+        with pytest.raises(MissingPageError, match="make page"):
             notebook.edit(clip)
 
     in_a_notebook(check)

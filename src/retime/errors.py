@@ -179,6 +179,10 @@ class MissingExtraError(RetimeError, ImportError):
         super().__init__(f"{what} needs {package}, which is not installed: pip install 'retime[{extra}]'")
 
 
+class MissingPageError(RetimeError, FileNotFoundError):
+    """The editor's page was not built into this installation; the message says why, and how to get it."""
+
+
 class RetimeWarning(UserWarning):
     """Something was assumed or repaired; the result may not be what was meant."""
 

@@ -12,11 +12,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from retime.errors import FormatError, MissingExtraError, OptionError
+from retime.errors import FormatError, MissingExtraError, MissingPageError, OptionError
 from retime.project.document import Document
 from retime.project.places import Places
 from retime.project.work import new_document, open_document, open_project, state_folder
-from retime.server import NO_PAGE, PAGE, messages
+from retime.server import PAGE, messages, no_page
 from retime.server.messages import read_message, write_message
 from retime.server.session import EditorSession, Outbox, welcome
 from retime.warp.curve import Warp
@@ -131,11 +131,13 @@ def edit(
     OptionError
         Neither a clip nor a project, a project that has clips of its own, no event loop (outside of a notebook), or
         another editor has it open.
+    MissingPageError
+        This installation has no page.
     FormatError, OSError
-        A file can't be read; or this installation has no page.
+        A file can't be read.
     """
     if not (PAGE / "widget.js").is_file():
-        raise FileNotFoundError(NO_PAGE)
+        raise MissingPageError(no_page())
     try:
         loop = asyncio.get_running_loop()
     except RuntimeError:

@@ -16,11 +16,13 @@ from pathlib import Path
 
 import pytest
 
+from retime.server import PAGE
 from tests.cli.conftest import COMMAND
 
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("starlette") is None, reason="needs the extra edit: starlette is not installed"
 )
+needs_page = pytest.mark.skipif(not (PAGE / "index.html").is_file(), reason="needs the editor's page: make page")
 
 
 @contextmanager
@@ -54,6 +56,7 @@ def ended(process: subprocess.Popen[str], address: str) -> tuple[str, str]:
     return process.communicate(timeout=30)
 
 
+@needs_page
 def test_it_prints_an_address_that_works_once_the_token_is_exchanged(clips, run, tmp_path, monkeypatch) -> None:
     with edited(clips.bvh, "--reference", clips.bvh, "--port", "0", "--up", "y", folder=tmp_path) as (process, address):
         host, path = re.fullmatch(r"http://([\d.]+:\d+)(/\?token=[\w-]+)", address).groups()
@@ -78,6 +81,7 @@ def test_it_prints_an_address_that_works_once_the_token_is_exchanged(clips, run,
         assert process.returncode == 0
 
 
+@needs_page
 def test_a_project_is_begun_and_open_once(clips, run, tmp_path) -> None:
     with edited(clips.bvh, "--project", "p.retime", "--folder", tmp_path, folder=tmp_path):
         assert (tmp_path / ".p.retime-journal").exists()
@@ -85,6 +89,7 @@ def test_a_project_is_begun_and_open_once(clips, run, tmp_path) -> None:
         assert "another editor has this open" in again.stderr
 
 
+@needs_page
 def test_a_project_whose_files_lie_elsewhere_says_what_to_type(clips, tmp_path) -> None:
     home = tmp_path / "projects"
     home.mkdir()
@@ -99,6 +104,7 @@ def test_a_project_whose_files_lie_elsewhere_says_what_to_type(clips, tmp_path) 
         assert ended(process, address) == ("", "")
 
 
+@needs_page
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -118,3 +124,32 @@ def test_it_says_which_extra_is_missing(run, clips, monkeypatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "uvicorn" else find(name))
     result = run("edit", clips.bvh, "--no-browser", code=1)
     assert "uvicorn, which is not installed: pip install 'retime[edit]'" in result.stderr
+
+
+def test_without_a_page_it_says_so_before_it_serves(run, clips, tmp_path, monkeypatch) -> None:
+    page = tmp_path / "site-packages" / "retime" / "server" / "page"
+    page.mkdir(parents=True)
+    monkeypatch.setattr("retime.server.PAGE", page)
+    monkeypatch.setattr("retime.server.app.EditorServer", None)
+    monkeypatch.setenv("RETIME_STATE", str(tmp_path / "state"))
+    for reason, says in (
+        (None, "which npm builds"),
+        ("npm was not found", "when retime was installed, npm was not found"),
+    ):
+        if reason is not None:
+            (page / "missing.txt").write_text(reason + "\n")
+        result = run("edit", clips.bvh, "--no-browser", code=1)
+        assert result.stderr.startswith("error: the editor has no page here")
+        assert says in result.stderr
+        assert "pip install --force-reinstall" in result.stderr
+        assert result.stdout == ""
+        row = run("info", "--build").stdout.splitlines()[-1]
+        assert row.startswith("page")
+        assert says in row
+    # In a checkout it is built, not installed.
+    page = tmp_path / "src" / "retime" / "server" / "page"
+    (tmp_path / "web").mkdir()
+    (tmp_path / "web" / "package.json").write_text("{}")
+    monkeypatch.setattr("retime.server.PAGE", page)
+    assert run("edit", clips.bvh, "--no-browser", code=1).stderr.endswith("make page\n")
+    assert not (tmp_path / "state").exists()

@@ -13,7 +13,7 @@ import click
 from retime.cli.clip_options import PATH
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import say
-from retime.errors import MissingExtraError, OptionError, RetimeWarning
+from retime.errors import MissingExtraError, MissingPageError, OptionError, RetimeWarning
 
 if TYPE_CHECKING:
     from retime.project.places import Places
@@ -100,6 +100,10 @@ def command(
     for package in ("starlette", "uvicorn", "websockets"):
         if importlib.util.find_spec(package) is None:
             raise MissingExtraError("the editor", package=package, extra="edit")
+    from retime.server import PAGE, no_page
+
+    if not (PAGE / "index.html").is_file():
+        raise MissingPageError(no_page())
     from retime.project.file import files_of
     from retime.project.places import Places
     from retime.project.work import new_document, open_document, open_project, state_folder

@@ -52,7 +52,9 @@ def _describe_build() -> dict[str, Any]:
     import platform
 
     from retime.kernels import backend, compiled_available
+    from retime.server import PAGE, no_page
 
+    has_page = (PAGE / "index.html").is_file()
     return {
         "retime": importlib.metadata.version("retime"),
         "backend": getattr(backend(), "__name__", "").rpartition(".")[2].removesuffix("_backend"),
@@ -64,6 +66,8 @@ def _describe_build() -> dict[str, Any]:
             extra: importlib.metadata.version(package) if importlib.util.find_spec(package) else None
             for extra, package in EXTRAS.items()
         },
+        "page": has_page,
+        "page_missing": None if has_page else no_page(),
     }
 
 
@@ -78,6 +82,7 @@ def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
             (f"[{extra}]", f"{EXTRAS[extra]} {version}" if version else f"not installed: pip install 'retime[{extra}]'")
             for extra, version in build["extras"].items()
         ),
+        ("page", build["page_missing"] or "built in"),
     ]
 
 

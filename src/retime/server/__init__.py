@@ -4,6 +4,19 @@ from pathlib import Path
 
 # Where npm builds the page and the notebook's widget.
 PAGE = Path(__file__).parent / "page"
-NO_PAGE = (
-    "This installation has no page for the editor. Wheels have it; in a source checkout build it with npm: make page."
-)
+
+
+def no_page() -> str:
+    """Say why there is no page, and how to get it."""
+    try:
+        # The build leaves its reason (tools/build_backend.py).
+        reason = (PAGE / "missing.txt").read_text(encoding="utf-8").strip()
+        why = f": when retime was installed, {reason}"
+    except OSError:
+        why = ", which npm builds"
+    if (PAGE.parents[3] / "web" / "package.json").is_file():
+        return f"the editor has no page in this checkout{why}. With Node.js 20.19 or newer: make page"
+    return (
+        f"the editor has no page here{why}. With Node.js 20.19 or newer, which brings npm, install retime from its "
+        "source again: pip install --force-reinstall --no-deps PATH"
+    )

@@ -23,7 +23,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from retime.errors import FormatError
 from retime.project.places import Places
 from retime.project.work import Work
-from retime.server import NO_PAGE, PAGE, messages
+from retime.server import PAGE, messages, no_page
 from retime.server.guard import BodyTooLarge, Guard
 from retime.server.messages import read_message, write_message
 from retime.server.session import EditorSession, Outbox, welcome
@@ -77,7 +77,7 @@ class Editor:
         return PlainTextResponse("ok")
 
     async def _no_page(self, request: Request) -> Response:
-        return PlainTextResponse(NO_PAGE, 501)
+        return PlainTextResponse(no_page(), 501)
 
     async def _drop(self, request: Request) -> Response:
         """Keep a file that was dropped on the page, and answer with its path."""
