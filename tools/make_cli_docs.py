@@ -37,7 +37,7 @@ One object on one line. Without a search (`--method linear` or `spline`) its num
 | `excess` | of `--search heuristic` only, else null: by what share the total exceeds the optimum |
 | `upsamples` | for each span between keytimes the frames offered per analysis period; `upsample` is the most of them |
 | `path` | the selected frames, from 0 to `n_input` - 1; `upsamples` of them make one analysis period |
-| `slip` | contacts of feet, mm that one slides on average: input, output, output averaged throughout; or null |
+| `slip` | contacts, mean mm of slip: input, output, all averaged; whether the figure's size is guessed; or null |
 | `seconds` | time that each stage took |
 | `output`, `warp`, `plot`, `explain` | the files written; null where none was asked for |
 | `also` | the other clips' files |

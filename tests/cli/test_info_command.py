@@ -55,6 +55,7 @@ def test_a_motion_as_json(run, clips) -> None:
         "metres_per_unit": None,
         "up": "y",
         "seems_z_up": False,
+        "frames_before_capture": 0,
         # Half as fast, nothing falls as freely as it should.
         "flights": [],
         "feet": ["LeftFoot", "RightFoot"],

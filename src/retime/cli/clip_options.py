@@ -61,6 +61,8 @@ class ClipOptions:
         The ASF of an AMC.
     repair, decimal_comma, up : bool, bool, str
         As `retime.read` has them.
+    is_reference : bool
+        Whether the clip is to be imitated.
     """
 
     frames: str | None = None
@@ -70,10 +72,12 @@ class ClipOptions:
     repair: bool = False
     decimal_comma: bool = False
     up: Up | None = None
+    is_reference: bool = False
 
     def read(self, path: Path) -> Motion | Signal:
         """Read a clip; raise FormatError, OSError or OptionError."""
         from retime.formats.registry import read
+        from retime.motion.first_frames import hint_at_first_frames
 
         clip = read(
             path,
@@ -93,6 +97,7 @@ class ClipOptions:
             clip = clip.frames(self.drop_first, clip.n_frames)
         if self.frames is not None:
             clip = clip.frames(*parse_frame_range(self.frames, clip.n_frames, clip.first_frame))
+        hint_at_first_frames(clip, reference=self.is_reference)
         return clip
 
 

@@ -89,6 +89,7 @@ def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
 def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
     from retime.formats.registry import format_of
     from retime.motion.contacts import contacts, named_feet
+    from retime.motion.first_frames import frames_before_capture
     from retime.motion.joint_names import body_parts, mirror_partners
     from retime.motion.kinematics import flights, seems_z_up
     from retime.motion.motion import Motion
@@ -119,6 +120,7 @@ def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
         "metres_per_unit": clip.metres_per_unit,
         "up": clip.up,
         "seems_z_up": seems_z_up(clip),
+        "frames_before_capture": frames_before_capture(clip),
         "flights": [[first + clip.first_frame, last + clip.first_frame] for first, last in flights(clip)],
         # What is told by the joints' names.
         "feet": [("end of " if foot.end_site is not None else "") + names[foot.joint] for foot in feet],

@@ -123,7 +123,7 @@ def _range_text(speeds: FloatArray) -> str:
     return f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
 
 
-def slip_facts(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> dict[str, float] | None:
+def slip_facts(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> dict[str, float | bool] | None:
     """Measure how far standing feet slide, before and after, in millimetres a contact; None, where no foot stands.
 
     The output is the clip averaged where it is fast, but for standing feet; or, as asked for, not averaged at all.
@@ -140,6 +140,7 @@ def slip_facts(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> di
         "input_mm": report.input.mean,
         "output_mm": (report.contact_aware if average else report.unaveraged).mean,
         "averaged_mm": report.plain.mean,
+        "size_guessed": report.input.size_guessed,
     }
 
 
@@ -148,7 +149,8 @@ def slip_text(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> str
     slip = slip_facts(clip, warp, average=average)
     if slip is None:
         return ""
+    about, why = ("about ", "; the size of the figure is guessed") if slip["size_guessed"] else ("", "")
     return (
-        f"standing feet slide {slip['input_mm']:.1f} mm a contact in the input, {slip['output_mm']:.1f} mm in the "
-        f"output ({slip['averaged_mm']:.1f} mm if they were averaged too)"
+        f"standing feet slide {about}{slip['input_mm']:.1f} mm a contact in the input, {about}{slip['output_mm']:.1f} "
+        f"mm in the output ({slip['averaged_mm']:.1f} mm if they were averaged too{why})"
     )

@@ -215,6 +215,7 @@ def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference
                 repair=options.repair,
                 decimal_comma=options.decimal_comma,
                 up=options.up,
+                is_reference=True,
             ).read(request.reference[i])
         else:
             start, stop = parse_frame_range(span or ":", clip.n_frames, clip.first_frame)

@@ -377,13 +377,17 @@ class Slip:
         The contacts that were measured.
     millimetres : float array, shape (n_contacts,)
         For each, how far its foot gets, along the ground, from where it was in the contact's first frame.
+    size_guessed : bool
+        Whether the figure was taken for a person of 1.7 m, since its file doesn't say how long a unit is.
     """
 
     contacts: tuple[Contact, ...]
     millimetres: FloatArray
+    size_guessed: bool = False
 
     def __repr__(self) -> str:
-        return f"Slip(mm in {len(self.contacts)} contacts: mean {self.mean:.1f}, largest {self.largest:.1f})"
+        about = "about " * self.size_guessed
+        return f"Slip({about}mm in {len(self.contacts)} contacts: mean {self.mean:.1f}, largest {self.largest:.1f})"
 
     @property
     def mean(self) -> float:
@@ -431,4 +435,4 @@ def slip_of(motion: Motion, feet: Sequence[Foot], spans: Sequence[Contact]) -> S
     for i, span in enumerate(spans):
         places = ground[span.first_frame : span.last_frame + 1, span.foot]
         slips[i] = np.sqrt(np.max(np.sum((places - places[0]) ** 2, axis=-1))) * 1000
-    return Slip(tuple(spans), slips)
+    return Slip(tuple(spans), slips, motion.metres_per_unit is None)

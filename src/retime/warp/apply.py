@@ -486,7 +486,8 @@ class SlipReport:
 
     def __repr__(self) -> str:
         means = ", ".join(f"{name} {each.mean:.1f}" for name, each in self._measured())
-        return f"SlipReport(mean mm in {len(self.input.contacts)} contacts: {means})"
+        about = "about " * self.input.size_guessed
+        return f"SlipReport(mean {about}mm in {len(self.input.contacts)} contacts: {means})"
 
     def _repr_html_(self) -> str:
         from retime.warp.report_picture import slip_html

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from retime.arrays import as_real
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
+from retime.motion.first_frames import hint_at_first_frames
 from retime.motion.rate import parse_rate
 from retime.motion.timecode import parse_length
 from retime.warp import control
@@ -92,6 +93,8 @@ class Session:
         self.clips = as_clips(motion, rate)
         self.motion = self.clips[0]
         refuse_single_frame(self.motion)
+        for clip in self.clips:
+            hint_at_first_frames(clip)
         self.itself = reference is None or reference is motion
         self.n_neighbors, self.time_scale, self.low_pass, self.score = n_neighbors, time_scale, low_pass, score
         poses = model_poses(
