@@ -83,7 +83,9 @@ def contacts_of(draw: st.DrawFn, motion: Motion) -> Contacts:
     rng = np.random.default_rng(draw(_seeds))
     share = draw(st.sampled_from([0.0, 0.3, 0.7]))
     feet = [place for place in places if rng.random() < share]
-    return Contacts(tuple(feet), stretches(rng, motion.n_frames, len(feet), 0.5), motion.rate)
+    at_rest = stretches(rng, motion.n_frames, len(feet), 0.5)
+    # Some of the time they roll.
+    return Contacts(tuple(feet), at_rest, motion.rate, at_rest & stretches(rng, motion.n_frames, len(feet), 0.8))
 
 
 @st.composite
