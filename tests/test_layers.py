@@ -18,7 +18,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "src" / "retime"
 
 # What everything may use; these know nothing of the rest.
-FOR_ALL = {"arrays", "brief", "errors", "frames", "svg"}
+FOR_ALL = {"arrays", "brief", "checks", "errors", "frames", "svg"}
 # For each part, the other parts that it may import. The package itself (retime/__init__.py) is the
 # table of contents and may name everything.
 MAY_IMPORT = {

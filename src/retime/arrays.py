@@ -43,6 +43,9 @@ def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidM
         raise error(f"{what} must be real numbers; some are masked: fill them first (numpy.ma.filled)")
     try:
         array = np.asarray(values)
+        if array.dtype == object and any(value is None for value in array.ravel()):
+            # NumPy makes a NaN of it.
+            raise TypeError("None is not a number")
         if (lost := _LOST.get(array.dtype.kind)) is None:
             return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError) as problem:

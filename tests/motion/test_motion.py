@@ -321,8 +321,8 @@ class TestFromArrays:
             ({"form": "euler"}, OptionError, "one of wxyz, xyzw, matrix, rotvec; found 'euler'"),
             ({"form": "matrix"}, InvalidMotionError, r"\(n_frames >= 1, 2, 3, 3\) where form is 'matrix', found"),
             ({"rotations": np.zeros((0, 2, 4))}, InvalidMotionError, "n_frames >= 1"),
-            ({"rotations": [[1], [2, 3]]}, InvalidMotionError, "numbers for the rotations, found a list"),
-            ({"rotations": np.ones((5, 2, 4), complex)}, InvalidMotionError, "numbers for the rotations"),
+            ({"rotations": [[1], [2, 3]]}, InvalidMotionError, "rotations must be an array of real numbers"),
+            ({"rotations": np.ones((5, 2, 4), complex)}, InvalidMotionError, "rotations must be real numbers"),
             ({"rotations": np.zeros((5, 2, 4))}, InvalidMotionError, "length 0"),
             (
                 {"rotations": np.full((5, 2, 3), np.nan), "form": "rotvec"},

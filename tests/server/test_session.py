@@ -628,7 +628,7 @@ def test_a_picture_and_the_clips_that_follow_are_what_the_command_line_writes(fo
         ("motion", "leap.bvh", "exists already"),
         ("warp", "leap.bvh", "ends in .json"),
         ("warp", "out.py", "ends in .json"),
-        ("picture", "out.pdf", ".svg"),
+        ("picture", "out.gif", ".svg"),
         ("motion", "none/out.bvh", "No such file"),
     ],
 )

@@ -9,6 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
+from retime.brief import kind_of
+from retime.checks import path_of, whole
 from retime.errors import FormatError, MissingExtraError, OptionError
 from retime.evaluate.naming import name_warps
 from retime.evaluate.plot_panels import draw_keys, draw_map, draw_speed, draw_strip
@@ -139,9 +141,13 @@ def plot_warps(
     True
     """
     named = name_warps(warps, "plot_warps({name: warp})")
-    if n_poses < 2:
+    if whole(n_poses, "n_poses") < 2:
         raise OptionError(f"a strip needs 2 poses or more, found n_poses={n_poses}")
-    kind = None if path is None else _kind(path)
+    if not (motion is None or isinstance(motion, Motion | Signal)):
+        raise OptionError(f"expected plot_warps(warps, motion=...) with a motion or a signal, found {kind_of(motion)}")
+    if not (explanation is None or isinstance(explanation, Explanation)):
+        raise OptionError(f"an explanation is what result.explain() returns, found {kind_of(explanation)}")
+    kind = None if path is None else _kind(path_of(path, "plot_warps(warps, path=...)"))
     if panel not in get_args(Panel):
         raise OptionError(f"the panel must be one of {', '.join(get_args(Panel))}; found {panel!r}")
     if ax is not None and (title or explanation is not None):

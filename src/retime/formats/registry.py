@@ -13,12 +13,15 @@ from os import PathLike
 from pathlib import Path
 from typing import Protocol, cast
 
+from retime.brief import kind_of
+from retime.checks import path_of
 from retime.errors import FormatError, OptionError
 from retime.files import read_bytes
 from retime.formats.options import Limits, ReadOptions
 from retime.motion.motion import UPS, Motion, Up
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
+from retime.warp.curve import Warp
 
 
 @dataclass(frozen=True)
@@ -150,7 +153,7 @@ def read(
     """
     if up not in (None, *UPS):
         raise OptionError(f"up must be one of {', '.join(UPS)}; found {up!r}")
-    path = Path(path)
+    path = path_of(path, "read(path)")
     options = ReadOptions(
         rate=None if rate is None else parse_rate(rate),
         skeleton=None if skeleton is None else Path(skeleton),
@@ -184,7 +187,12 @@ def write(motion: Motion | Signal, path: str | PathLike[str], *, overwrite: bool
         The file is there, and `overwrite` is not set.
     FormatError
         The format can't hold this.
+    OptionError
+        Something else was passed for the motion, or the path.
     """
-    path = Path(path)
+    if not isinstance(motion, Motion | Signal):
+        remedy = "; warp.save(path) writes a warp" if isinstance(motion, Warp) else ""
+        raise OptionError(f"expected write(motion, path) with a motion or a signal, found {kind_of(motion)}{remedy}")
+    path = path_of(path, "write(motion, path)")
     check_holds(path, "motion" if isinstance(motion, Motion) else "signal")
     _module(format_of(path)).write(motion, path, overwrite=overwrite)

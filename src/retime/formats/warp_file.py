@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from os import PathLike
 
+from retime.checks import path_of
 from retime.formats.options import Limits
 from retime.warp.curve import Warp, WarpLike, as_warp
 
@@ -18,7 +19,7 @@ def read_warp(path: str | PathLike[str], *, limits: Limits | None = None) -> War
     OSError
         The file can't be opened.
     """
-    return Warp.load(path, most_bytes=(limits or Limits()).file_bytes)
+    return Warp.load(path_of(path, "read_warp(path)"), most_bytes=(limits or Limits()).file_bytes)
 
 
 def write_warp(warp: WarpLike, path: str | PathLike[str], *, overwrite: bool = False) -> None:
@@ -31,4 +32,4 @@ def write_warp(warp: WarpLike, path: str | PathLike[str], *, overwrite: bool = F
     OutputExistsError
         The file is there, and `overwrite` is not set.
     """
-    as_warp(warp, "write_warp(warp, path)").save(path, overwrite=overwrite)
+    as_warp(warp, "write_warp(warp, path)").save(path_of(path, "write_warp(warp, path)"), overwrite=overwrite)

@@ -15,6 +15,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from retime.brief import kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions
 from retime.motion.joint_names import body_parts, near_names
@@ -268,6 +269,8 @@ def contacts(
     >>> contacts(Motion(leg, q, metres_per_unit=1.0)).spans()
     (Contact(foot=0, first_frame=0, last_frame=29),)
     """
+    if not isinstance(motion, Motion):
+        raise OptionError(f"expected contacts(motion) with a Motion, for feet stand; found {kind_of(motion)}")
     poses = global_poses(motion)
     scale = metres_per_unit(motion)
     rate = float(motion.rate)

@@ -106,6 +106,10 @@ class Motion:
     up: Up = "y"
 
     def __post_init__(self) -> None:
+        if not isinstance(self.skeleton, Skeleton):
+            raise InvalidMotionError(
+                f"expected a Skeleton, found {kind_of(self.skeleton)}; Motion.from_arrays takes parents and offsets"
+            )
         n_joints = self.skeleton.n_joints
         rotations = as_real(self.rotations, "rotations")
         if rotations.ndim != 3 or rotations.shape[1:] != (n_joints, 4) or len(rotations) == 0:
@@ -218,11 +222,11 @@ class Motion:
             raise OptionError(f"the form must be one of {', '.join(get_args(RotationForm))}; found {form!r}")
         parents = tuple(int(parent) for parent in parents)
         names = [f"joint{joint}" for joint in range(len(parents))] if names is None else names
-        skeleton = Skeleton(tuple(names), parents, _numbers("offsets", offsets))
-        quaternions = _quaternions(_numbers("rotations", rotations), skeleton.n_joints, form)
+        skeleton = Skeleton(tuple(names), parents, as_real(offsets, "offsets"))
+        quaternions = _quaternions(as_real(rotations, "rotations"), skeleton.n_joints, form)
         translations = None
         if root_positions is not None:
-            places = _numbers("root positions", root_positions)
+            places = as_real(root_positions, "root positions")
             if places.shape != (len(quaternions), 3):
                 raise InvalidMotionError(
                     f"expected root positions of shape ({len(quaternions)}, 3), found {places.shape}"
@@ -356,17 +360,6 @@ class Motion:
         if angles is not None:
             angles = angles[np.where(fraction < 0.5, before, after)]
         return replace(self, rotations=rotations, translations=translations, first_frame=0, declared_angles=angles)
-
-
-def _numbers(what: str, values: ArrayLike) -> FloatArray:
-    try:
-        array = np.asarray(values)
-    except ValueError:
-        # Rows of different lengths.
-        array = np.empty(0, dtype=object)
-    if array.dtype.kind not in "iuf":
-        raise InvalidMotionError(f"expected an array of numbers for the {what}, found {kind_of(values)}")
-    return array.astype(np.float64)
 
 
 def _quaternions(rotations: FloatArray, n_joints: int, form: RotationForm) -> FloatArray:

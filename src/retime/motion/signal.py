@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,6 +65,9 @@ class Signal:
     first_frame: int = 0
 
     def __post_init__(self) -> None:
+        if isinstance(self.names, str) or not isinstance(self.names, Iterable):
+            raise InvalidMotionError(f"a signal's names are a text for each channel, found {kind_of(self.names)}")
+        object.__setattr__(self, "names", tuple(self.names))
         values = as_real(self.values, "the values of a signal")
         if values.ndim != 2 or 0 in values.shape or values.shape[1] != len(self.names):
             raise InvalidMotionError(
@@ -152,13 +157,12 @@ def signal_of(array: ArrayLike, rate: RateLike | None, *, call: str) -> Signal:
     OptionError
         No array of numbers, no frame, or no rate.
     """
-    try:
-        values = np.asarray(array)
-    except ValueError:
-        values = np.empty(0, dtype=object)
-    if values.dtype.kind not in "iufb" or values.ndim == 0 or values.size == 0:
+    if array is None or isinstance(array, str | PathLike):
         raise OptionError(f"expected {call} with a motion, a signal, or an array of numbers; found {kind_of(array)}")
+    values = as_real(array, f"the array of {call}", error=OptionError)
+    if values.ndim == 0 or values.size == 0:
+        raise OptionError(f"expected {call} with a row of numbers a frame; found {kind_of(array)}")
     if rate is None:
         raise OptionError(f"an array of numbers needs its rate: {call}")
-    columns = as_real(array, "the array", error=OptionError).reshape(len(values), -1)
+    columns = values.reshape(len(values), -1)
     return Signal(numbered_names(columns.shape[1]), columns, parse_rate(rate), name="array")

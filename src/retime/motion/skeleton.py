@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from retime.arrays import as_real
+from retime.brief import kind_of
 from retime.errors import InvalidMotionError
 from retime.motion.rotation import FloatArray
 from retime.motion.size import size_problem, within_size
@@ -56,6 +57,10 @@ class Skeleton:
     end_sites: tuple[EndSite, ...] = ()
 
     def __post_init__(self) -> None:
+        if isinstance(self.names, str):
+            raise InvalidMotionError(f"a skeleton's names are a text for each joint, found {kind_of(self.names)}")
+        for what in ("names", "parents", "end_sites"):
+            object.__setattr__(self, what, tuple(getattr(self, what)))
         offsets = as_real(self.offsets, "offsets").copy()
         n_joints = len(self.names)
         if n_joints == 0 or len(self.parents) != n_joints or offsets.shape != (n_joints, 3):

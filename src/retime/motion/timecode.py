@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from fractions import Fraction
+from numbers import Integral, Real
 
 from retime.errors import OptionError
 
@@ -42,7 +43,7 @@ def parse_time(text: str | float, rate: Fraction) -> float:
     >>> parse_time("60f", Fraction(120)), parse_time("1:02.5", Fraction(120))
     (0.5, 62.5)
     """
-    if isinstance(text, (int, float)) and math.isfinite(text):
+    if isinstance(text, Real) and not isinstance(text, bool) and math.isfinite(text):
         return float(text)
     written = str(text).strip()
     if match := _SECONDS.fullmatch(written):
@@ -84,8 +85,8 @@ def parse_length(text: str | int, n_frames: int, rate: Fraction) -> int:
     (1287, 1116)
     """
     written = str(text).strip()
-    if isinstance(text, int) and not isinstance(text, bool):
-        length = text
+    if isinstance(text, Integral) and not isinstance(text, bool):
+        length = int(text)
     elif match := _PERCENT.fullmatch(written):
         length = round(Fraction(match[1]) / 100 * n_frames)
     elif match := _FRAMES.fullmatch(written):

@@ -118,7 +118,7 @@ def apply_warp(
     if isinstance(motion, Warp) or isinstance(getattr(motion, "warp", None), Warp):
         raise OptionError("the clip comes first: apply_warp(motion, warp)")
     warp = as_warp(warp, "apply_warp(motion, warp)")
-    if contacts is not None and not isinstance(contacts, Contacts) and contacts != "find":
+    if not (contacts is None or isinstance(contacts, Contacts) or (isinstance(contacts, str) and contacts == "find")):
         raise OptionError(f"contacts must be Contacts, 'find' or None; found {kind_of(contacts)}")
     if isinstance(motion, Motion):
         if rate is not None:
@@ -523,6 +523,8 @@ def retimed_slip(motion: Motion, warp: WarpLike, *, contacts: Contacts | None = 
         raise OptionError(f"expected retimed_slip(motion, warp) with a Motion, for feet slip; found {kind_of(motion)}")
     warp = as_warp(warp, "retimed_slip(motion, warp)")
     _compare_ranges(motion, warp)
+    if not (contacts is None or isinstance(contacts, Contacts)):
+        raise OptionError(f"contacts must be Contacts or None, which finds them; found {kind_of(contacts)}")
     if contacts is not None:
         contacts.refuse_other(motion)
     if loop:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.arrays import as_real
+from retime.brief import kind_of
 from retime.errors import OptionError
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
@@ -49,7 +50,7 @@ def as_clips(
     except OptionError:
         if isinstance(motion, np.ndarray) and motion.dtype != object:
             raise
-        found = [type(one).__name__ for one in motion] if isinstance(motion, list | tuple) else repr(motion)
+        found = [type(one).__name__ for one in motion] if isinstance(motion, list | tuple) else kind_of(motion)
         raise OptionError(
             "expected a motion, an array of numbers, or several motions and signals (a group holds no arrays and no "
             f"groups; a file is read by retime.read); found {found}"

@@ -16,6 +16,7 @@ from typing import TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from retime.checks import real
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
 from retime.warp.curve import Keytime
@@ -58,6 +59,8 @@ class Lock:
     fastest: float = 1.0
 
     def __post_init__(self) -> None:
+        for name in ("start", "end", "slowest", "fastest"):
+            object.__setattr__(self, name, real(getattr(self, name), f"the {name} of a lock"))
         if not (math.isfinite(self.start) and math.isfinite(self.end) and self.start < self.end):
             raise OptionError(f"a lock needs a span of the input; {self.start:g} s to {self.end:g} s is none")
         if not (0 <= self.slowest <= self.fastest and 0 < self.fastest < math.inf):

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from retime.arrays import as_real
 from retime.brief import brief, kind_of
+from retime.checks import path_of, real
 from retime.errors import FormatError, InfeasibleWarpError, OptionError, RetimeWarning
 from retime.files import MOST_BYTES, read_bytes, write_bytes
 from retime.frames import frame_positions
@@ -101,7 +102,7 @@ class Keytime:
             for name in order:
                 value = times.get(name)
                 if value is not None or name != "speed":
-                    value = _real(value, f"the {name.replace('_', ' ')} of a keytime")
+                    value = real(value, f"the {name.replace('_', ' ')} of a keytime")
                 object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
@@ -146,13 +147,6 @@ def keytimes_of(keys: Sequence[KeytimeLike]) -> tuple[Keytime, ...]:
             option="keys",
         )
     return tuple(keytime_of(key) for key in keys)
-
-
-def _real(value: object, what: str) -> float:
-    """Take a number of whatever type; a text is none, for only a clip's rate would say what it means."""
-    if isinstance(value, Real) and not isinstance(value, bool):
-        return float(value)
-    raise OptionError(f"{what} must be a number, found {kind_of(value)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,7 +313,9 @@ class Warp:
         Outside of `domain` the warp holds its ends: before the first knot it shows the first input time, after the last
         knot the last one.
         """
-        return np.asarray(np.interp(np.asarray(output_times, dtype=np.float64), self.output_times, self.input_times))
+        return np.asarray(
+            np.interp(as_real(output_times, "output times", error=OptionError), self.output_times, self.input_times)
+        )
 
     def speed(self, output_times: ArrayLike) -> FloatArray:
         """Return the playback speed at each output time; at a knot, that of the piece after it.
@@ -327,7 +323,8 @@ class Warp:
         Outside of `domain`, that of the first or the last piece.
         """
         slopes = self.slopes
-        piece = np.searchsorted(self.output_times, np.asarray(output_times, dtype=np.float64), side="right") - 1
+        times = as_real(output_times, "output times", error=OptionError)
+        piece = np.searchsorted(self.output_times, times, side="right") - 1
         return slopes[np.clip(piece, 0, len(slopes) - 1)]
 
     def inverse(self) -> Warp:
@@ -346,12 +343,13 @@ class Warp:
         keytimes = tuple(Keytime(input_time=key.output_time, output_time=key.input_time) for key in self.keytimes)
         return replace(self, output_times=self.input_times, input_times=self.output_times, keytimes=keytimes)
 
-    def compose(self, first: Warp) -> Warp:
+    def compose(self, first: WarpLike) -> Warp:
         """Return the warp that applies `first`, then this one: ``result(t) == self(first(t))``.
 
         `first` maps the new output time to what this warp calls output time. Its keytimes and this one's are dropped:
         they speak of a time in between.
         """
+        first = as_warp(first, "warp.compose(first)")
         # Where `first` passes a knot of this warp on its way, the result has a corner.
         corners = [np.empty(0)]
         for before, after, a, b in zip(
@@ -394,6 +392,7 @@ class Warp:
         Warp
             With the same ends and keytimes.
         """
+        window = real(window, "the smoothing window")
         if not (np.isfinite(window) and window >= 0):
             raise OptionError(f"the smoothing window must be 0 or more seconds, found {window}")
         start, end = self.output_start, self.output_end
@@ -624,7 +623,7 @@ class Warp:
         OSError
             It can't be written.
         """
-        write_bytes(path, self.to_json().encode(), overwrite=overwrite)
+        write_bytes(path_of(path, "warp.save(path)"), self.to_json().encode(), overwrite=overwrite)
 
     @classmethod
     def load(cls, path: str | PathLike[str], *, most_bytes: int = MOST_BYTES) -> Warp:
@@ -653,6 +652,7 @@ class Warp:
         ...     Warp.load(pathlib.Path(folder, "walk.json")) == warp
         True
         """
+        path = path_of(path, "Warp.load(path)")
         try:
             return cls.from_json(read_bytes(path, most_bytes))
         except FormatError as error:

@@ -14,7 +14,8 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.brief import brief_repr
+from retime.brief import brief_repr, kind_of
+from retime.checks import real
 from retime.errors import OptionError
 from retime.frames import frame_positions
 from retime.motion.joint_names import near_names
@@ -78,7 +79,9 @@ class PoseOptions:
                 raise OptionError("no joint is chosen: name one at least, or leave the choice out for all of them")
             object.__setattr__(self, "joints", joints)
         for what, numbers in (("weight", self.weights), ("scale", self.scales)):
-            floats = {name: float(number) for name, number in numbers.items()}
+            if not isinstance(numbers, Mapping):
+                raise OptionError(f"{what}s are a mapping of names to numbers, found {kind_of(numbers)}")
+            floats = {name: real(number, f"the {what} of {name!r}") for name, number in numbers.items()}
             for name, number in floats.items():
                 if not (math.isfinite(number) and (number > 0 or (number == 0 and what == "weight"))):
                     least = "0 or more" if what == "weight" else "above 0"

@@ -33,7 +33,7 @@ def guided_warp(
     free_weight: FreeWeight = "neutral",
     keys: Sequence[Sequence[float | str | None]] = (),
     locks: Sequence[Lock] = (),
-    speed: tuple[float, float] | None = None,
+    speed: str | Sequence[float | str] | None = None,
     smoothness: float = 0.0,
     influence: ArrayLike = 1.0,
     loop: bool = False,
@@ -71,8 +71,9 @@ def guided_warp(
         are added. Equal input times hold, decreasing ones run backward.
     locks : sequence of Lock
         Spans of the input that play at a given speed, or in a range of speeds.
-    speed : (float, float), optional
-        Slowest and fastest playback speed. Sets `upsample` and `max_skip` where those are left out.
+    speed : (slowest, fastest), optional
+        Slowest and fastest playback speed, numbers or text (``"1/2"``); or both in a text,
+        ``"1/2..4"``. Sets `upsample` and `max_skip` where those are left out.
     smoothness : float
         Weight on changes of log-speed, in median scores; 0 is off.
     influence : float, or array of shape (n, 2)

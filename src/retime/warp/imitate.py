@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from retime.brief import kind_of
 from retime.errors import OptionError
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
-from retime.warp.curve import Warp
+from retime.warp.curve import Warp, WarpLike, as_warp
 from retime.warp.fit import DEFAULT_MAX_SKIP, usual_upsample
 from retime.warp.guided import guided_warp
 from retime.warp.reference import Reference
@@ -27,7 +29,7 @@ _MOST_UPSAMPLE, _MOST_SKIP = 16, 48
 def imitate(
     motion: Motion | Signal,
     example: tuple[int, int],
-    hand: Warp,
+    hand: WarpLike,
     *,
     length: str | int | None = "free",
     **options: Any,
@@ -44,7 +46,7 @@ def imitate(
         The input.
     example : (int, int)
         The stretch: first frame and the one after its last, counted from 0, as in ``motion.frames(start, stop)``.
-    hand : Warp
+    hand : Warp or GuidedWarp
         Its timing, found by whatever means. Input time 0 is the stretch's first frame.
     length : str, int or None
         As `guided_warp` has it; "free" where left out, for the hand's warp says how fast, not how long.
@@ -75,6 +77,13 @@ def imitate(
     >>> round(float(np.median(slow.warp.slopes)), 2)
     0.5
     """
+    if not isinstance(motion, Motion | Signal):
+        raise OptionError(
+            f"expected imitate(motion, (start, stop), warp) with a motion or a signal, found {kind_of(motion)}"
+        )
+    if not isinstance(example, Sequence) or isinstance(example, str) or len(example) != 2:
+        raise OptionError(f"the example is (first frame, the one after its last), found {kind_of(example)}")
+    hand = as_warp(hand, "imitate(motion, (start, stop), warp)")
     start, stop = example
     stretch = motion.frames(start, stop)
     near = 0.5 / float(motion.rate)

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
-from retime.brief import brief_repr
+from retime.brief import brief_repr, kind_of
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
 from retime.motion.motion import Motion
@@ -153,6 +153,11 @@ def as_keytimes(
     rate = motion.rate
     refuse_single_frame(motion)
     pairs: list[Keytime] = []
+    if isinstance(keys, str | Keytime | Mapping) or not isinstance(keys, Iterable):
+        raise OptionError(
+            f"keys are a sequence: keys=[(input time, output time)], one tuple a key; found {kind_of(keys)}",
+            option="keys",
+        )
     for key in keys:
         pairs.append(key if isinstance(key, Keytime) else _as_keytime(key, rate))
         if not 0.0 <= pairs[-1].output_time < math.inf:
@@ -190,8 +195,16 @@ def as_keytimes(
 
 def _as_keytime(key: Sequence[float | str | None], rate: Fraction) -> Keytime:
     """Read one key as people write it."""
-    if isinstance(key, str) or len(key) not in (2, 3) or key[0] is None or key[1] is None:
-        raise OptionError(f"a key is (input time, output time), with a speed where it has a tangent; found {key!r}")
+    if (
+        isinstance(key, str)
+        or not isinstance(key, Sequence | np.ndarray)
+        or len(key) not in (2, 3)
+        or key[0] is None
+        or key[1] is None
+    ):
+        raise OptionError(
+            f"a key is (input time, output time), with a speed where it has a tangent; found {key!r}", option="keys"
+        )
     speed = key[2] if len(key) == 3 else None
     return Keytime(
         input_time=parse_time(key[0], rate),

@@ -14,7 +14,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.brief import brief_repr
+from retime.brief import brief_repr, kind_of
+from retime.checks import real
 from retime.errors import OptionError
 from retime.kernels import IntArray
 from retime.motion.joint_names import JointMatch, near_names
@@ -66,8 +67,13 @@ class Reference:
 
     def __post_init__(self) -> None:
         _as_group(self.motion)
+        object.__setattr__(self, "weight", real(self.weight, "the weight of a reference"))
         if not (np.isfinite(self.weight) and self.weight > 0):
             raise OptionError(f"the weight of a reference must be a finite number above 0, found {self.weight}")
+        if not isinstance(self.joint_map, Mapping):
+            raise OptionError(
+                f"a joint map is a mapping from the input's names to the reference's; found {kind_of(self.joint_map)}"
+            )
         object.__setattr__(self, "joint_map", dict(self.joint_map))
 
     @property
@@ -256,6 +262,8 @@ def model_poses(
 
 
 def _as_group(motion: Clip | Sequence[Clip]) -> tuple[Clip, ...]:
+    if not isinstance(motion, Motion | Signal | Sequence) or isinstance(motion, str):
+        raise OptionError(f"expected a motion, a signal, or several of them; found {kind_of(motion)}")
     clips = (motion,) if isinstance(motion, Motion | Signal) else tuple(motion)
     if not clips:
         raise OptionError("a group needs at least one clip")

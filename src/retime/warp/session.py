@@ -19,11 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.arrays import as_real
+from retime.brief import kind_of
+from retime.checks import real, whole
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
 from retime.motion.first_frames import hint_at_first_frames
 from retime.motion.rate import parse_rate
-from retime.motion.timecode import parse_length
+from retime.motion.timecode import parse_length, parse_speed, parse_speeds
 from retime.warp import control
 from retime.warp.clips import Clip, as_clips, as_references
 from retime.warp.control import BoolArray, Lock
@@ -89,6 +91,9 @@ class Session:
         score: ScoreName = "joint",
     ) -> None:
         clock = Clock()
+        n_neighbors = whole(n_neighbors, "n_neighbors", option="n_neighbors")
+        time_scale = real(time_scale, "the time scale", option="time_scale")
+        low_pass = real(low_pass, "the low-pass cutoff", option="low_pass")
         self.rate = float(parse_rate(DEFAULT_RATE if rate is None else rate))
         self.clips = as_clips(motion, rate)
         self.motion = self.clips[0]
@@ -132,7 +137,7 @@ class Session:
         free_weight: FreeWeight = "neutral",
         keys: Sequence[Sequence[float | str | None]] = (),
         locks: Sequence[Lock] = (),
-        speed: tuple[float, float] | None = None,
+        speed: str | Sequence[float | str] | None = None,
         smoothness: float = 0.0,
         influence: ArrayLike = 1.0,
         loop: bool = False,
@@ -147,7 +152,19 @@ class Session:
             raise OptionError(f"the search must be one of {', '.join(SEARCHES)}; found {search!r}")
         if free_weight not in FREE_WEIGHTS:
             raise OptionError(f"the free weight must be one of {', '.join(FREE_WEIGHTS)}; found {free_weight!r}")
-        slowest, fastest = (0.0, math.inf) if speed is None else speed
+        max_skip = None if max_skip is None else whole(max_skip, "max_skip", option="max_skip")
+        upsample = None if upsample is None else whole(upsample, "upsample", option="upsample")
+        window = real(smoothing, "smoothing", option="smoothing")
+        smoothness = real(smoothness, "smoothness", option="smoothness")
+        if (
+            isinstance(locks, Lock | str)
+            or not isinstance(locks, Sequence)
+            or not all(isinstance(one, Lock) for one in locks)
+        ):
+            raise OptionError(
+                f"locks are a sequence of Lock, as in locks=[Lock(6.12, 6.52)]; found {kind_of(locks)}", option="locks"
+            )
+        slowest, fastest = _speeds(speed)
         if not 0 <= slowest <= fastest or fastest == 0:
             raise OptionError(
                 f"speed limits must be above 0, the slowest first; found {slowest:g} to {fastest:g}", option="speed"
@@ -226,7 +243,7 @@ class Session:
         warp = smooth_steps(
             steps,
             # A window of one frame averages nothing.
-            0.0 if smoothing in (0, 1) else smoothing / self.rate,
+            0.0 if window in (0, 1) else window / self.rate,
             float(self.motion.rate),
             keep=steps.output_times[control.kept_positions(reduction, path.frames, locked)],
             loop=loop,
@@ -445,6 +462,20 @@ def _loop(
         )
     best = min(found, key=lambda path: path.total)
     return replace(best, lower_bound=min(path.lower_bound for path in found))
+
+
+def _speeds(speed: str | Sequence[float | str] | None) -> tuple[float, float]:
+    """Read the slowest and the fastest speed; 0 and inf where none is given."""
+    if speed is None:
+        return 0.0, math.inf
+    if isinstance(speed, str):
+        return parse_speeds(speed)
+    if not isinstance(speed, Sequence | np.ndarray) or len(speed) != 2:
+        raise OptionError(
+            f"speed is (slowest, fastest), or a text such as '1/2..4'; found {kind_of(speed)}", option="speed"
+        )
+    low, high = (parse_speed(one) if isinstance(one, str) else real(one, "a speed", option="speed") for one in speed)
+    return low, high
 
 
 def _coarse_grid(n_frames: int, every: int) -> IntArray:
