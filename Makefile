@@ -46,6 +46,7 @@ check: format lint types scripts test  ## Run everything that must pass before a
 
 format: $(LOCKED)
 	$(PY) -m ruff format --check
+	$(VENV)/bin/clang-format --dry-run --Werror $(filter src/%,$(KERNELS))
 
 lint: $(LOCKED)
 	$(PY) -m ruff check
@@ -115,9 +116,9 @@ $(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
 	if printf '#include <Python.h>\n#include <thread>\nint main() {}\n' | \
 		$${CXX:-c++} -std=c++20 -I"$$headers" -x c++ - -o $(VENV)/.compiles 2>/dev/null; \
 	then echo "Building the C++ kernels"; RETIME_REQUIRE_KERNELS=1 $(INSTALL); \
-	else echo "Found no C++20 compiler with Python's headers"; $(INSTALL) && rm -rf build; fi
-	@$(PY) -c 'import importlib.util as u; \
-		print("Installed with the", "C++" if u.find_spec("retime.kernels._kernels") else "NumPy", "backend")'
+	else echo "Found no C++20 compiler with Python's headers"; RETIME_WITHOUT_KERNELS=1 $(INSTALL) && rm -rf build; fi
+	@$(PY) -c 'from retime.kernels import compiled_available; \
+		print("Installed with the", "C++" if compiled_available() else "NumPy", "backend")'
 	@touch $@
 
 $(MODULES): web/package.json web/package-lock.json

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,14 +52,21 @@ def _describe_build() -> dict[str, Any]:
     import importlib.util
     import platform
 
-    from retime.kernels import backend, compiled_available
+    from retime.errors import RetimeWarning
+    from retime.kernels import backend, build_record, compiled_available, why_not_compiled
     from retime.server import PAGE, no_page
 
     has_page = (PAGE / "index.html").is_file()
+    with warnings.catch_warnings():
+        # What it would warn of is told here.
+        warnings.simplefilter("ignore", RetimeWarning)
+        used = getattr(backend(), "__name__", "").rpartition(".")[2].removesuffix("_backend")
     return {
         "retime": importlib.metadata.version("retime"),
-        "backend": getattr(backend(), "__name__", "").rpartition(".")[2].removesuffix("_backend"),
+        "backend": used,
         "compiled_available": compiled_available(),
+        "compiled_build": build_record(),
+        "why_not_compiled": why_not_compiled(),
         "python": platform.python_version(),
         "platform": platform.platform(terse=True),
         "packages": {package: importlib.metadata.version(package) for package in _PACKAGES},
@@ -72,10 +80,16 @@ def _describe_build() -> dict[str, Any]:
 
 
 def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
-    why = "" if build["compiled_available"] else " (the compiled kernels were not built)"
+    kernels = build["why_not_compiled"]
+    if kernels is None:
+        chosen = "loaded" if build["backend"] == "compiled" else "there, but switched off by RETIME_BACKEND"
+        kernels = f"compiled, {chosen}"
+    else:
+        kernels = f"none compiled: {kernels}"
     return [
         ("retime", build["retime"]),
-        ("backend", build["backend"] + why),
+        ("backend", build["backend"]),
+        ("kernels", kernels),
         ("python", f"{build['python']} on {build['platform']}"),
         *build["packages"].items(),
         *(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import os
+import warnings
 from dataclasses import dataclass
 from functools import cache
 from typing import Protocol, cast
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.brief import brief_repr
-from retime.errors import OptionError
+from retime.errors import OptionError, RetimeWarning
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -119,9 +119,52 @@ class PricedPath:
     __repr__ = brief_repr
 
 
+@cache
+def _import_error() -> str | None:
+    """Try to load the compiled kernels: what went wrong, or None."""
+    try:
+        importlib.import_module("retime.kernels._kernels")
+    except ImportError as error:
+        return str(error)
+    return None
+
+
+def build_record() -> str:
+    """Return what the installation recorded of the kernels.
+
+    "built", "failed" (no compiler, or one that failed), "left out" (on purpose), "no CMake", or "unknown" where retime
+    was not installed.
+    """
+    try:
+        record = importlib.import_module("retime.kernels._built")
+    except ImportError:
+        return "unknown"
+    return str(record.KERNELS)
+
+
 def compiled_available() -> bool:
-    """Whether the compiled kernels were built."""
-    return importlib.util.find_spec("retime.kernels._kernels") is not None
+    """Whether the compiled kernels were built, and can be loaded."""
+    return _import_error() is None
+
+
+def why_not_compiled() -> str | None:
+    """Say why the compiled kernels can't be had; None where they can."""
+    error = _import_error()
+    if error is None:
+        return None
+    record = build_record()
+    if record == "built":
+        return f"they were built, but can't be loaded ({error}): install retime again on this machine"
+    if record == "failed":
+        return (
+            "they could not be built when retime was installed: install a C++20 compiler, then retime again. "
+            "RETIME_REQUIRE_KERNELS=1 makes that installation stop at what fails, and show it"
+        )
+    if record == "left out":
+        return "they were left out when retime was installed (RETIME_WITHOUT_KERNELS)"
+    if record == "no CMake":
+        return "they were not built: there was no CMake when retime was installed"
+    return "they were not built: install retime where there is a C++20 compiler"
 
 
 @cache
@@ -131,17 +174,27 @@ def backend(name: str | None = None) -> Backend:
     Parameters
     ----------
     name : {"compiled", "numpy"}, optional
-        Left out: the environment variable RETIME_BACKEND, else the compiled ones where they were built.
+        Left out: the environment variable RETIME_BACKEND, else the compiled ones where they can be had. Where they
+        were meant to be there and are not, the slower ones come with a `RetimeWarning`.
 
     Raises
     ------
     OptionError
-        No such backend, or the compiled one was not built.
+        No such backend, or the compiled one can't be had.
     """
-    name = name or os.environ.get("RETIME_BACKEND") or ("compiled" if compiled_available() else "numpy")
+    name = name or os.environ.get("RETIME_BACKEND")
+    if not name:
+        name = "compiled" if compiled_available() else "numpy"
+        if name == "numpy" and build_record() in ("built", "failed"):
+            warnings.warn(
+                f"retime works without its compiled kernels, many times slower: {why_not_compiled()}. "
+                "RETIME_BACKEND=numpy says that this is meant",
+                RetimeWarning,
+                stacklevel=2,
+            )
     if name not in BACKENDS:
         raise OptionError(f"the backend must be one of {', '.join(BACKENDS)}; found {name!r}")
-    if name == "compiled" and not compiled_available():
-        raise OptionError("the compiled kernels were not built: install retime where there is a C++ compiler")
+    if name == "compiled" and (why := why_not_compiled()) is not None:
+        raise OptionError(f"the compiled kernels can't be had: {why}")
     module = "retime.kernels.compiled" if name == "compiled" else "retime.kernels.numpy_backend"
     return cast(Backend, importlib.import_module(module))

@@ -1,4 +1,5 @@
-// What chooses a triple's candidates among reference frames: products in single precision, and a bound on their rounding.
+// What chooses a triple's candidates among reference frames: products in single precision, and a bound on their
+// rounding.
 #pragma once
 
 #include <cmath>
@@ -6,8 +7,8 @@
 #include <system_error>
 #include <thread>
 
-#include "measure.hpp"
-#include "tiles.hpp"
+#include "exact_distances.hpp"
+#include "rough_distances.hpp"
 
 namespace retime {
 
@@ -52,13 +53,14 @@ void in_threads(size_t begin, size_t end, int n_threads, Work work) {
 // A unit of rounding for sums of `depth` products of rounded numbers, whatever their order, and a few additions more.
 inline double rounding(size_t depth) { return static_cast<double>(depth + 12) * 0x1p-24 * 1.01; }
 
-// Rows about an origin, times `scale`: in single precision, with a 1 behind them to meet a column's last number, which stands alone; and
-// their lengths.
+// Rows about an origin, times `scale`: in single precision, with a 1 behind them to meet a column's last number, which
+// stands alone; and their lengths.
 struct Low {
     Blank<float> rows;
     Array<double> lengths;
 
-    Low(const double* from, size_t n_rows, size_t depth, double scale, const double* origin = nullptr) : rows(n_rows * (depth + 1)), lengths(n_rows) {
+    Low(const double* from, size_t n_rows, size_t depth, double scale, const double* origin = nullptr)
+        : rows(n_rows * (depth + 1)), lengths(n_rows) {
         const Array<double> nothing(origin ? 0 : depth, 0.0);
         const double* middle = origin ? origin : nothing.data();
         for (size_t row = 0; row < n_rows; ++row) {
@@ -74,8 +76,8 @@ struct Low {
     }
 };
 
-// Columns that turn frames into terms of half |y^ - z^|^2 - half |y^|^2 = here(j) - before(i) - after(k), for rows z^ = [z, dz, ddz] times
-// `scale`.
+// Columns that turn frames into terms of half |y^ - z^|^2 - half |y^|^2 = here(j) - before(i) - after(k), for rows z^ =
+// [z, dz, ddz] times `scale`.
 struct Columns {
     size_t n_panels = 0;
     Blank<float> here, before, after;
@@ -83,14 +85,16 @@ struct Columns {
     double longest_here = 0, longest_before = 0, longest_after = 0, largest = 0;
 
     // `less`, one number a row, is taken off. Columns beyond the rows are not numbers.
-    Columns(const double* rows, size_t n_rows, size_t depth, double v, double w, double scale, const double* less = nullptr)
+    Columns(const double* rows, size_t n_rows, size_t depth, double v, double w, double scale,
+            const double* less = nullptr)
         : n_panels((n_rows + kPanel - 1) / kPanel) {
         const size_t n = depth + 1;
         for (auto* part : {&here, &before, &after}) part->resize(n_panels * n * kPanel);
         // Sixteen rows at a time: their numbers of one place stand beside each other.
         Array<float> some(16 * 3 * depth);
         for (size_t first = 0; first < n_panels * kPanel; first += 16) {
-            const size_t at = first / kPanel * n * kPanel + first % kPanel, n_some = first < n_rows ? std::min<size_t>(16, n_rows - first) : 0;
+            const size_t at = first / kPanel * n * kPanel + first % kPanel,
+                         n_some = first < n_rows ? std::min<size_t>(16, n_rows - first) : 0;
             double h[16] = {}, b[16] = {}, a[16] = {}, squares[16] = {};
             if (n_some < 16) std::fill(some.begin(), some.end(), 0.0f);
             for (size_t l = 0; l < n_some; ++l) {
@@ -100,16 +104,20 @@ struct Columns {
                 in_lanes<8>(depth, [&](size_t d, size_t lane) RETIME_LAMBDA_INLINE {
                     const double z = row[d] * scale, dz = row[depth + d] * scale, ddz = row[2 * depth + d] * scale;
                     const double of_here = z - 2 * w * ddz, of_after = v * dz + w * ddz, of_before = w * ddz - v * dz;
-                    to[d] = static_cast<float>(-of_here), to[depth + d] = static_cast<float>(of_before), to[2 * depth + d] = static_cast<float>(of_after);
-                    sums[0][lane] += of_here * of_here, sums[1][lane] += of_before * of_before, sums[2][lane] += of_after * of_after;
+                    to[d] = static_cast<float>(-of_here), to[depth + d] = static_cast<float>(of_before),
+                    to[2 * depth + d] = static_cast<float>(of_after);
+                    sums[0][lane] += of_here * of_here, sums[1][lane] += of_before * of_before,
+                        sums[2][lane] += of_after * of_after;
                     sums[3][lane] += z * z + dz * dz + ddz * ddz;
                 });
-                h[l] = eight_halved(sums[0]), b[l] = eight_halved(sums[1]), a[l] = eight_halved(sums[2]), squares[l] = eight_halved(sums[3]);
+                h[l] = eight_halved(sums[0]), b[l] = eight_halved(sums[1]), a[l] = eight_halved(sums[2]),
+                squares[l] = eight_halved(sums[3]);
             }
             for (size_t d = 0; d < depth; ++d)
                 for (size_t l = 0; l < 16; ++l) {
                     const float* from = some.data() + l * 3 * depth + d;
-                    here[at + d * kPanel + l] = from[0], before[at + d * kPanel + l] = from[depth], after[at + d * kPanel + l] = from[2 * depth];
+                    here[at + d * kPanel + l] = from[0], before[at + d * kPanel + l] = from[depth],
+                                           after[at + d * kPanel + l] = from[2 * depth];
                 }
             for (size_t l = 0; l < 16; ++l) {
                 float& alone = here[at + depth * kPanel + l];
@@ -137,17 +145,22 @@ struct TileProducts {
     size_t first = 0, before_first = 0, after_first = 0;
 
     TileProducts(size_t n_rows, size_t reach, size_t n_columns)
-        : stride(n_columns), here(n_rows * stride), before((n_rows + reach) * stride), after((n_rows + reach) * stride) {}
+        : stride(n_columns),
+          here(n_rows * stride),
+          before((n_rows + reach) * stride),
+          after((n_rows + reach) * stride) {}
 
     // Products of frames [from, to) with `n_some` panels from `panel` on, put at `column`.
     template <typename Level>
-    RETIME_INLINE void multiply(const Low& low, const Columns& columns, const ScoreProblem& p, size_t depth, size_t from, size_t to, size_t panel, size_t n_some,
-                                size_t column) {
+    RETIME_INLINE void multiply(const Low& low, const Columns& columns, const ScoreProblem& p, size_t depth,
+                                size_t from, size_t to, size_t panel, size_t n_some, size_t column) {
         const size_t at = panel * depth * kPanel, last = std::min(to + p.max_skip, p.n_input);
         first = from, before_first = from > p.max_skip ? from - p.max_skip : 0, after_first = std::min(from + 1, last);
-        const auto part = [&](const Blank<float>& panels, size_t begin, size_t end, Blank<float>& out) RETIME_LAMBDA_INLINE {
-            Level::products(low.rows.data() + begin * depth, end - begin, depth, panels.data() + at, n_some, out.data() + column, stride);
-        };
+        const auto part = [&](const Blank<float>& panels, size_t begin, size_t end, Blank<float>& out)
+                              RETIME_LAMBDA_INLINE {
+                                  multiply_panels<Level>(low.rows.data() + begin * depth, end - begin, depth,
+                                                         panels.data() + at, n_some, out.data() + column, stride);
+                              };
         part(columns.here, first, to, here);
         part(columns.before, before_first, to, before);
         part(columns.after, after_first, last, after);
@@ -155,7 +168,10 @@ struct TileProducts {
 
     // Those of triples (j - a, j, j + b) to (j - a, j, j + b + n_group - 1), from a column on.
     RETIME_INLINE Rows rows(size_t j, size_t a, size_t b, size_t n_group, size_t column) const {
-        Rows rows{here.data() + (j - first) * stride + column, before.data() + (j - a - before_first) * stride + column, {}, n_group};
+        Rows rows{here.data() + (j - first) * stride + column,
+                  before.data() + (j - a - before_first) * stride + column,
+                  {},
+                  n_group};
         for (size_t g = 0; g < n_group; ++g) rows.after[g] = after.data() + (j + b + g - after_first) * stride + column;
         return rows;
     }

@@ -14,7 +14,7 @@ _MOST_THREADS = 256
 # A reference of so many frames is worth putting in order for so many triples.
 _LONG = 4096
 _MANY = 64_000
-# kPanel in tiles.hpp.
+# kPanel in rough_distances.hpp.
 _BLOCK = 64
 # Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
 _LOST_VARIANCE = 0.002

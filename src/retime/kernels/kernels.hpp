@@ -1,4 +1,5 @@
-// The kernels' common words. They take arrays and scalars, know nothing of Python, and give the same bits on every machine.
+// The kernels' common words. They take arrays and scalars, know nothing of Python, and give the same bits on every
+// machine.
 #pragma once
 
 #include <cstddef>
@@ -17,9 +18,9 @@ struct Anchor {
     int64_t frame;
 };
 
-// What a path search is asked for. scores: (n_input, max_skip, max_skip), inf forbids. The first anchor is (0, 0), the last one stands
-// at frame n_input - 1 in a position from its own to `last_position_max` (the same where the length is fixed). start_cost and
-// end_cost: (max_skip) each, added for the first and the last step; inf forbids.
+// What a path search is asked for. scores: (n_input, max_skip, max_skip), inf forbids. The first anchor is (0, 0), the
+// last one stands at frame n_input - 1 in a position from its own to `last_position_max` (the same where the length is
+// fixed). start_cost and end_cost: (max_skip) each, added for the first and the last step; inf forbids.
 struct PathProblem {
     const double* scores;
     size_t n_input, max_skip;

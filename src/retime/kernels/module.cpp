@@ -3,8 +3,8 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
-#include "layered.hpp"
-#include "priced.hpp"
+#include "layered_path.hpp"
+#include "priced_path.hpp"
 #include "scores.hpp"
 
 namespace nb = nanobind;
@@ -18,8 +18,10 @@ using Integers = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
 using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using IntegerOutput = nb::ndarray<int64_t, nb::c_contig, nb::device::cpu>;
 
-retime::ScoreProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors) {
-    return {input.data(), reference.data(), input.shape(0), reference.shape(0), input.shape(1), max_skip, n_neighbors, velocity, acceleration};
+retime::ScoreProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity,
+                             double acceleration, size_t n_neighbors) {
+    return {input.data(), reference.data(), input.shape(0), reference.shape(0), input.shape(1),
+            max_skip,     n_neighbors,      velocity,       acceleration};
 }
 
 std::vector<retime::Anchor> anchors_of(const Integers& positions, const Integers& frames) {
@@ -32,7 +34,8 @@ nb::object to_python(retime::Path&& path) {
     if (!path.found) return nb::none();
     auto* frames = new std::vector<int64_t>(std::move(path.frames));
     nb::capsule owner(frames, [](void* p) noexcept { delete static_cast<std::vector<int64_t>*>(p); });
-    return nb::make_tuple(nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>(frames->data(), {frames->size()}, owner), path.total);
+    return nb::make_tuple(nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>(frames->data(), {frames->size()}, owner),
+                          path.total);
 }
 
 }  // namespace
@@ -40,41 +43,45 @@ nb::object to_python(retime::Path&& path) {
 NB_MODULE(_kernels, m) {
     m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
 
-    m.def("joint_scores", [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, double scale,
-                             int n_threads, bool each, Output out) {
+    m.def("joint_scores", [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration,
+                             size_t n_neighbors, double scale, int n_threads, bool each, Output out) {
         const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
         nb::gil_scoped_release unlocked;
         retime::joint_scores(p, scale, n_threads, each, out.data());
     });
 
-    m.def("bounded_scores",
-          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Doubles low_input,
-             Doubles low_reference, double scale, Integers order, Rows following, int n_threads, bool each, Output out) {
-              const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
-              const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale, order.data(), following.data()};
-              nb::gil_scoped_release unlocked;
-              retime::bounded_scores(p, low, n_threads, each, out.data());
-          });
+    m.def("bounded_scores", [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration,
+                               size_t n_neighbors, Doubles low_input, Doubles low_reference, double scale,
+                               Integers order, Rows following, int n_threads, bool each, Output out) {
+        const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
+        const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale,
+                                     order.data(),     following.data()};
+        nb::gil_scoped_release unlocked;
+        retime::bounded_scores(p, low, n_threads, each, out.data());
+    });
 
     m.def("conditional_scores",
-          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration, size_t n_neighbors, Integers nearest, int n_threads,
-             Output out) {
+          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration,
+             size_t n_neighbors, Integers nearest, int n_threads, Output out) {
               const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
               nb::gil_scoped_release unlocked;
               retime::conditional_scores(p, nearest.data(), n_threads, out.data());
           });
 
-    m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Doubles origin, double scale, double blur, int n_threads,
-                              IntegerOutput out) {
-        const retime::PoseProblem p{input.data(), poses.data(), origin.data(), input.shape(0), poses.shape(0), input.shape(1), n_neighbors, scale, blur};
+    m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Doubles origin, double scale,
+                              double blur, int n_threads, IntegerOutput out) {
+        const retime::PoseProblem p{input.data(),   poses.data(),   origin.data(),
+                                    input.shape(0), poses.shape(0), input.shape(1),
+                                    n_neighbors,    scale,          blur};
         nb::gil_scoped_release unlocked;
         retime::nearest_poses(p, n_threads, out.data());
     });
 
-    m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max, Doubles start_cost, Doubles end_cost,
-                             size_t memory_limit) {
+    m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max,
+                             Doubles start_cost, Doubles end_cost, size_t memory_limit) {
         const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(), scores.shape(0), scores.shape(1), anchors, last_position_max, start_cost.data(), end_cost.data()};
+        const retime::PathProblem problem{scores.data(),     scores.shape(0),   scores.shape(1), anchors,
+                                          last_position_max, start_cost.data(), end_cost.data()};
         retime::Path path;
         {
             nb::gil_scoped_release unlocked;
@@ -83,22 +90,24 @@ NB_MODULE(_kernels, m) {
         return to_python(std::move(path));
     });
 
-    m.def("priced_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max, Doubles start_cost, Doubles end_cost,
-                            size_t max_bytes) {
+    m.def("priced_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max,
+                            Doubles start_cost, Doubles end_cost, size_t max_bytes) {
         const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(), scores.shape(0), scores.shape(1), anchors, last_position_max, start_cost.data(), end_cost.data()};
+        const retime::PathProblem problem{scores.data(),     scores.shape(0),   scores.shape(1), anchors,
+                                          last_position_max, start_cost.data(), end_cost.data()};
         retime::PricedPath result;
         {
             nb::gil_scoped_release unlocked;
             result = retime::priced_path(problem, max_bytes);
         }
-        return nb::make_tuple(to_python(std::move(result.path)), result.lower_bound, result.gave_up, result.labels, result.passes, result.sweeps,
-                              result.sweep_seconds);
+        return nb::make_tuple(to_python(std::move(result.path)), result.lower_bound, result.gave_up, result.labels,
+                              result.passes, result.sweeps, result.sweep_seconds);
     });
 
     m.def("free_path", [](Doubles scores, Integers positions, Integers frames, Doubles start_cost, Doubles end_cost) {
         const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(), scores.shape(0), scores.shape(1), anchors, 0, start_cost.data(), end_cost.data()};
+        const retime::PathProblem problem{scores.data(),     scores.shape(0), scores.shape(1), anchors, 0,
+                                          start_cost.data(), end_cost.data()};
         retime::Path path;
         {
             nb::gil_scoped_release unlocked;

@@ -15,7 +15,7 @@ import numpy as np
 from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath
 
 _LANES = 16
-# kCancelled in measure.hpp.
+# kCancelled in exact_distances.hpp.
 _CANCELLED = 1e-3
 _BLOCK_NUMBERS = 4 << 20
 # Numbers of the pairs that are measured at once.
@@ -150,7 +150,7 @@ def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> In
 
 
 class _Steps:
-    """Squared distances of triples to reference frames; see `Measure` in measure.hpp, whose arithmetic this is."""
+    """Squared distances of triples to reference frames, as in `TripleDistances` (exact_distances.hpp)."""
 
     def __init__(
         self, inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float
@@ -247,7 +247,7 @@ def conditional_scores(
 
 
 def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
-    """Find the best path; see `retime.kernels.Backend` and layered.cpp, whose recurrence this is."""
+    """Find the best path; see `retime.kernels.Backend` and layered_path.cpp, whose recurrence this is."""
     scores, last = problem.scores, problem.last_position_max
     n_input, max_skip = scores.shape[:2]
     end_frame, first_end = n_input - 1, int(problem.positions[-1])

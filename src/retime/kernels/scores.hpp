@@ -13,13 +13,14 @@ struct ScoreProblem {
     double velocity, acceleration;  // factors of first and second differences
 };
 
-// Mean distances to the nearest reference features into out (n_input, max_skip, max_skip), or with `each` the distances themselves, the
-// smallest first, into out (n_input, max_skip, max_skip, n_neighbors). Triples outside the input are left as they are. `scale` times the
-// largest number is at most 1.
+// Mean distances to the nearest reference features into out (n_input, max_skip, max_skip), or with `each` the distances
+// themselves, the smallest first, into out (n_input, max_skip, max_skip, n_neighbors). Triples outside the input are
+// left as they are. `scale` times the largest number is at most 1.
 void joint_scores(const ScoreProblem& problem, double scale, int n_threads, bool each, double* out);
 
-// The same poses and features in fewer numbers, times `scale`: an orthogonal projection, so that distances here are at most those there,
-// times scale; and the reference put in order, so that each 64 rows of it, from the first on, are near one another.
+// The same poses and features in fewer numbers, times `scale`: an orthogonal projection, so that distances here are at
+// most those there, times scale; and the reference put in order, so that each 64 rows of it, from the first on, are
+// near one another.
 struct Projection {
     const double* input;      // (n_input, depth), numbers within [-1, 1]
     const double* reference;  // (n_reference, 3 * depth), in that order
@@ -32,8 +33,9 @@ struct Projection {
 // The same scores; quicker for long inputs and references.
 void bounded_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out);
 
-// The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each row of `input`, the nearest first, ties to the earlier row.
-// Candidates are found about an origin, by numbers times `scale`, then within [-1, 1]; `blur` bounds what a distance between such is off by.
+// The n_neighbors rows of `poses` (n_reference, n_numbers) nearest to each row of `input`, the nearest first, ties to
+// the earlier row. Candidates are found about an origin, by numbers times `scale`, then within [-1, 1]; `blur` bounds
+// what a distance between such is off by.
 struct PoseProblem {
     const double* input;
     const double* poses;

@@ -1,8 +1,10 @@
-// The joint score against long references, put in order beforehand so that each block of rows holds frames near one another.
+// The joint score against long references, put in order beforehand so that each block of rows holds frames near one
+// another.
 //
-// Rows and blocks are rejected by lower bounds of their distance, made in fewer numbers: an orthogonal projection only makes distances
-// shorter, and no row is nearer than its block's centre less its radius. Invariant: each triple keeps the n_neighbors nearest rows met so
-// far, measured exactly; what is farther than the last of these, or than as many rows that were guessed, need not be looked at.
+// Rows and blocks are rejected by lower bounds of their distance, made in fewer numbers: an orthogonal projection only
+// makes distances shorter, and no row is nearer than its block's centre less its radius. Invariant: each triple keeps
+// the n_neighbors nearest rows met so far, measured exactly; what is farther than the last of these, or than as many
+// rows that were guessed, need not be looked at.
 
 #include <numeric>
 
@@ -12,7 +14,8 @@ namespace retime {
 namespace {
 
 // |y^|^2; n is a multiple of 8.
-RETIME_INLINE double squared_feature(const double* __restrict yi, const double* __restrict yj, const double* __restrict yk, double v, double w, size_t n) {
+RETIME_INLINE double squared_feature(const double* __restrict yi, const double* __restrict yj,
+                                     const double* __restrict yk, double v, double w, size_t n) {
     alignas(64) double sum[8] = {};
     for (size_t d = 0; d < n; d += 8)
         for (size_t lane = 0; lane < 8; ++lane) {
@@ -57,7 +60,7 @@ struct Balls {
 struct Bounds {
     const ScoreProblem& p;
     const Projection& projection;
-    Measured measured;
+    PaddedRows measured;
     Blank<double> low_input;
     Low low;
     Columns columns;
@@ -72,27 +75,30 @@ struct Bounds {
           low(few.input, p.n_input, few.depth, 1.0),
           columns(few.reference, p.n_reference, few.depth, p.velocity, p.acceleration, 1.0),
           balls(few.reference, p.n_reference, 3 * few.depth),
-          centres(balls.centres.data(), balls.less.size(), few.depth, p.velocity, p.acceleration, 1.0, balls.less.data()) {}
+          centres(balls.centres.data(), balls.less.size(), few.depth, p.velocity, p.acceleration, 1.0,
+                  balls.less.data()) {}
 };
 
 // Work on tiles of input frames, one after another, each with chunks of the reference.
 template <typename Level>
 RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
     const ScoreProblem& p = q.p;
-    const size_t s = p.max_skip, count = p.n_neighbors, depth = q.projection.depth + 1, wide_low = padded(q.projection.depth), n_panels = q.columns.n_panels;
+    const size_t s = p.max_skip, count = p.n_neighbors, depth = q.projection.depth + 1,
+                 wide_low = padded(q.projection.depth), n_panels = q.columns.n_panels;
     const double v = p.velocity, w = p.acceleration, scale = q.projection.scale, unit = rounding(q.projection.depth);
     const size_t n_tile = tile_frames(end - begin, s, kChunk * kPanel), n_groups = (s + kGroup - 1) / kGroup;
     TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
     TileProducts centre_products(n_tile, s, (q.centres.n_panels + kChunk) * kPanel);
     TileProducts of_centres = centre_products;
 
-    // Of each group of triples of the tile, and of the frame before the tile: its nearest rows, and what its bounds are made of.
+    // Of each group of triples of the tile, and of the frame before the tile: its nearest rows, and what its bounds are
+    // made of.
     const size_t frame_groups = s * n_groups, all_groups = (n_tile + 1) * frame_groups;
     Array<double> squares(all_groups * count * kGroup), base(all_groups * kGroup), margin(base), farthest(base);
     Array<int64_t> ids(squares.size(), -1);
     Array<float> limits(base.size()), reach(base.size());
     Array<uint16_t> masks(all_groups);
-    Measure<Level> exact(q.measured, begin, end, true);
+    TripleDistances<Level> exact(q.measured, begin, end, true);
 
     // The rows that a group begins with, each once.
     std::vector<size_t> guesses;
@@ -113,11 +119,12 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
     Array<uint32_t> order(n_panels);
     Array<float> least(kGroup * kChunk * 16);
     float total[kGroup * 16] = {}, nth[kGroup];
-    uint64_t nearby[kChunk];
+    uint64_t near_bits[kChunk];
 
-    // One frame on, the reference has likely gone on too; or it is as for the smaller first skip; or what lies near in fewer numbers does in
-    // all of them.
-    const auto begin_group = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group, const Rows& rows) RETIME_LAMBDA_INLINE {
+    // One frame on, the reference has likely gone on too; or it is as for the smaller first skip; or what lies near in
+    // fewer numbers does in all of them.
+    const auto begin_group = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group,
+                                 const Rows& rows) RETIME_LAMBDA_INLINE {
         guesses.clear();
         ++n_guessed;
         const auto guess = [&](int64_t row) {
@@ -128,16 +135,17 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         for (size_t m = 0; m < count; ++m)
             for (size_t g = 0; g < n_group; ++g) {
                 if (j > a && j > begin)
-                    if (const int64_t row = ids[((group - frame_groups) * count + m) * kGroup + g]; row >= 0) guess(q.projection.following[row]);
+                    if (const int64_t row = ids[((group - frame_groups) * count + m) * kGroup + g]; row >= 0)
+                        guess(q.projection.following[row]);
                 if (a > 1) guess(ids[((group - n_groups) * count + m) * kGroup + g]);
             }
         const size_t n_blocks = std::min(kChunk, n_panels);
-        Level::minima(rows, n_blocks, least.data(), total);
+        minima<Level>(rows, n_blocks, least.data(), total);
         nth_least(total, count, nth);
-        for (uint32_t some = Level::nearby(rows, n_blocks, least.data(), nth, nearby); some; some &= some - 1) {
-            const size_t block = static_cast<size_t>(__builtin_ctz(some));
-            for (uint64_t found = nearby[block]; found; found &= found - 1)
-                guess(static_cast<int64_t>(order[block] * kPanel) + __builtin_ctzll(found));
+        for (uint32_t some = nearby<Level>(rows, n_blocks, least.data(), nth, near_bits); some; some &= some - 1) {
+            const size_t block = next_bit(some);
+            for (uint64_t found = near_bits[block]; found; found &= found - 1)
+                guess(static_cast<int64_t>(order[block] * kPanel) + next_bit(found));
         }
         std::fill(of_guesses.begin(), of_guesses.end(), kFar);
         double measured[kGroup];
@@ -149,12 +157,14 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         std::fill_n(ids.data() + group * count * kGroup, count * kGroup, -1);
         for (size_t g = 0; g < n_group; ++g) {
             const size_t i = j - a, k = j + b + g, t = group * kGroup + g;
-            base[t] = 0.5 * squared_feature(q.low_input.data() + i * wide_low, q.low_input.data() + j * wide_low, q.low_input.data() + k * wide_low, v,
-                                            w, wide_low);
-            const double most_v = v * (q.low.lengths[k] + q.low.lengths[i]), most_w = w * (q.low.lengths[k] + 2 * q.low.lengths[j] + q.low.lengths[i]);
-            margin[t] = 1e-12 * (q.low.lengths[j] * q.low.lengths[j] + most_v * most_v + most_w * most_w) + 1e-30 +
-                        unit * (q.low.lengths[j] * q.columns.longest_here + q.low.lengths[i] * q.columns.longest_before + q.low.lengths[k] * q.columns.longest_after +
-                                q.columns.largest + q.centres.largest);
+            base[t] = 0.5 * squared_feature(q.low_input.data() + i * wide_low, q.low_input.data() + j * wide_low,
+                                            q.low_input.data() + k * wide_low, v, w, wide_low);
+            const double most_v = v * (q.low.lengths[k] + q.low.lengths[i]),
+                         most_w = w * (q.low.lengths[k] + 2 * q.low.lengths[j] + q.low.lengths[i]);
+            margin[t] =
+                1e-12 * (q.low.lengths[j] * q.low.lengths[j] + most_v * most_v + most_w * most_w) + 1e-30 +
+                unit * (q.low.lengths[j] * q.columns.longest_here + q.low.lengths[i] * q.columns.longest_before +
+                        q.low.lengths[k] * q.columns.longest_after + q.columns.largest + q.centres.largest);
             farthest[t] = of_guesses[(count - 1) * kGroup + g];
         }
         limit(group);
@@ -171,24 +181,29 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
         // The last frame of the tile before becomes the first of this one's.
-        if (first > begin) std::copy_n(ids.data() + n_tile * frame_groups * count * kGroup, frame_groups * count * kGroup, ids.data());
+        if (first > begin)
+            std::copy_n(ids.data() + n_tile * frame_groups * count * kGroup, frame_groups * count * kGroup, ids.data());
         exact.begin_tile(first, last);
         const auto each_group = [&](auto work) RETIME_LAMBDA_INLINE {
             for (size_t j = first; j < last; ++j) {
                 exact.begin_frame(j);
                 for (size_t a = 1; a <= s && a <= j; ++a)
                     for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup)
-                        work(j, a, b, std::min({kGroup, s - b + 1, p.n_input - j - b}), ((j - first + 1) * s + a - 1) * n_groups + (b - 1) / kGroup);
+                        work(j, a, b, std::min({kGroup, s - b + 1, p.n_input - j - b}),
+                             ((j - first + 1) * s + a - 1) * n_groups + (b - 1) / kGroup);
             }
         };
         centre_products.multiply<Level>(q.low, q.centres, p, depth, first, last, 0, q.centres.n_panels, 0);
-        // Blocks that are the nearest of some triple come first, then those that come close to that: so limits come down early.
+        // Blocks that are the nearest of some triple come first, then those that come close to that: so limits come
+        // down early.
         std::fill(behind.begin(), behind.end(), static_cast<float>(kFar));
         for (size_t j = first; j < last; ++j)
             for (size_t a = 1; a <= s && a <= j; a += 2)
                 for (size_t b = 1; b <= s && j + b < p.n_input; b += 2) {
                     const Rows rows = centre_products.rows(j, a, b, 1, 0);
-                    const float *__restrict here = rows.here, *__restrict before = rows.before, *__restrict after = rows.after[0];
+                    const float* __restrict here = rows.here;
+                    const float* __restrict before = rows.before;
+                    const float* __restrict after = rows.after[0];
                     alignas(64) float some[16];
                     std::fill_n(some, 16, static_cast<float>(kFar));
                     float* __restrict gap = values.data();
@@ -209,7 +224,8 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         std::sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) {
             return behind[one] < behind[other] || (behind[one] == behind[other] && one < other);
         });
-        of_centres.first = centre_products.first, of_centres.before_first = centre_products.before_first, of_centres.after_first = centre_products.after_first;
+        of_centres.first = centre_products.first, of_centres.before_first = centre_products.before_first,
+        of_centres.after_first = centre_products.after_first;
         const auto arrange = [&](const Blank<float>& from, Blank<float>& to, size_t n_rows) {
             for (size_t row = 0; row < n_rows; ++row)
                 for (size_t place = 0; place < n_panels; ++place)
@@ -227,8 +243,8 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
             uint32_t needed = fresh ? all : 0;
             const auto near = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
                 uint32_t found[kGroup], any = 0;
-                Level::near(of_centres.rows(j, a, b, n_group, panel), radii.data() + panel, reach.data() + group * kGroup,
-                            limits.data() + group * kGroup, found);
+                near_blocks<Level>(of_centres.rows(j, a, b, n_group, panel), radii.data() + panel,
+                                   reach.data() + group * kGroup, limits.data() + group * kGroup, found);
                 for (size_t g = 0; g < n_group; ++g) any |= found[g];
                 masks[group] = static_cast<uint16_t>(any & all);
             };
@@ -241,7 +257,9 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
                 // Neighbouring blocks together.
                 const size_t from = order[panel + block];
                 size_t n_some = 0;
-                while (block + n_some < n_blocks && needed >> (block + n_some) & 1 && order[panel + block + n_some] == from + n_some) ++n_some;
+                while (block + n_some < n_blocks && needed >> (block + n_some) & 1 &&
+                       order[panel + block + n_some] == from + n_some)
+                    ++n_some;
                 if (n_some) tile.multiply<Level>(q.low, q.columns, p, depth, first, last, from, n_some, block * kPanel);
                 block += std::max<size_t>(n_some, 1);
             }
@@ -253,38 +271,44 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
                 }
                 uint32_t blocks[kChunk];
                 size_t n_some = 0;
-                for (uint32_t some = masks[group]; some; some &= some - 1) blocks[n_some++] = static_cast<uint32_t>(__builtin_ctz(some));
-                const size_t n_hits = Level::scan(rows, limits.data() + group * kGroup, blocks, n_some, hits.data());
+                for (uint32_t some = masks[group]; some; some &= some - 1)
+                    blocks[n_some++] = static_cast<uint32_t>(next_bit(some));
+                const size_t n_hits = scan<Level>(rows, limits.data() + group * kGroup, blocks, n_some, hits.data());
                 // The nearest first: so limits come down before the others are measured.
                 found.clear();
                 const auto over = [&](size_t column) RETIME_LAMBDA_INLINE {
                     float least_over = std::numeric_limits<float>::infinity();
-                    for (size_t g = 0; g < n_group; ++g) least_over = std::min(least_over, rows.at(g, column) - limits[group * kGroup + g]);
+                    for (size_t g = 0; g < n_group; ++g)
+                        least_over = std::min(least_over, rows.at(g, column) - limits[group * kGroup + g]);
                     return least_over;
                 };
                 for (size_t hit = 0; hit < n_hits; ++hit) {
                     const size_t column = hits[hit].block * kPanel;
                     uint64_t within = 0;
                     for (uint32_t some = hits[hit].group; some; some &= some - 1) {
-                        const size_t g = static_cast<size_t>(__builtin_ctz(some));
-                        within |= Level::within(rows.here + column, rows.before + column, rows.after[g] + column, limits[group * kGroup + g]);
+                        const size_t g = next_bit(some);
+                        within |= retime::within<Level>(rows, g, column, limits[group * kGroup + g]);
                     }
                     for (; within; within &= within - 1) {
-                        const size_t at = column + static_cast<size_t>(__builtin_ctzll(within));
+                        const size_t at = column + next_bit(within);
                         found.push_back({over(at), static_cast<uint32_t>(at)});
                     }
                 }
-                if (found.size() > 1) std::sort(found.begin(), found.end(), [](const Found& one, const Found& other) { return one.over < other.over; });
+                if (found.size() > 1)
+                    std::sort(found.begin(), found.end(),
+                              [](const Found& one, const Found& other) { return one.over < other.over; });
                 double *far = farthest.data() + group * kGroup, *nearest = squares.data() + group * count * kGroup;
                 bool lower = false;
                 for (const Found& next : found) {
                     if (lower && over(next.column) > 0) continue;
-                    const size_t row = order[panel + next.column / kPanel] * kPanel + next.column % kPanel, slot = exact.find(row);
+                    const size_t row = order[panel + next.column / kPanel] * kPanel + next.column % kPanel,
+                                 slot = exact.find(row);
                     if (exact.pose(slot) > *std::max_element(far, far + n_group)) continue;
                     // What one triple needs is measured for its neighbours too: a few instructions for all of them.
                     double measured[kGroup];
                     exact.squares(a, b, n_group, row, slot, measured);
-                    keep_least<Level>(measured, count, nearest, static_cast<int64_t>(row), ids.data() + group * count * kGroup);
+                    keep_least<Level>(measured, count, nearest, static_cast<int64_t>(row),
+                                      ids.data() + group * count * kGroup);
                     bool lowered = false;
                     for (size_t g = 0; g < kGroup; ++g) {
                         const double worst = nearest[(count - 1) * kGroup + g];
@@ -297,28 +321,21 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
             });
         }
         each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
-            write_least(squares.data() + group * count * kGroup, count, n_group, each, out + ((j * s + a - 1) * s + b - 1) * (each ? count : 1));
+            write_least(squares.data() + group * count * kGroup, count, n_group, each,
+                        out + ((j * s + a - 1) * s + b - 1) * (each ? count : 1));
         });
     }
 }
 
-void bounded_rows_plain(const Bounds& q, size_t begin, size_t end, bool each, double* out) { bounded_rows_body<Plain>(q, begin, end, each, out); }
-
-#if RETIME_X86
-RETIME_AVX2 void bounded_rows_avx2(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
-    bounded_rows_body<Avx2>(q, begin, end, each, out);
-}
-
-RETIME_AVX512 void bounded_rows_avx512(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
-    bounded_rows_body<Avx512>(q, begin, end, each, out);
-}
-#endif
+RETIME_VERSIONS(void, bounded_rows, (const Bounds& q, size_t begin, size_t end, bool each, double* out),
+                (q, begin, end, each, out))
 
 }  // namespace
 
 void bounded_scores(const ScoreProblem& problem, const Projection& projection, int n_threads, bool each, double* out) {
     const Bounds shared(problem, projection);
-    in_threads(0, problem.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(bounded_rows, shared, from, to, each, out); });
+    in_threads(0, problem.n_input, n_threads,
+               [&](size_t from, size_t to) { RETIME_CALL(bounded_rows, shared, from, to, each, out); });
 }
 
 }  // namespace retime

@@ -3,15 +3,15 @@
 //   c_1(0, j)     = 0
 //   c_p+1(j, k)   = min over a of  c_p(j - a, j) + f(j - a, j, k)
 //
-// A vertex (j, k) is kept as (j, b) with b = k - j. Invariant: after layer p, cost(j, b) is the least total of any path that
-// stands at frame j in position p - 1, goes on by a step b, and has met every anchor so far; inf where there is none. Ties go to the
-// smaller step a, read back from the end. Only frames from which the next anchor can still be met are kept (the band). The steps that
-// won are one byte each; where all of them would not fit in memory, costs are kept every so many layers and the layers
-// between two such checkpoints are swept again on the way back.
+// A vertex (j, k) is kept as (j, b) with b = k - j. Invariant: after layer p, cost(j, b) is the least total of any path
+// that stands at frame j in position p - 1, goes on by a step b, and has met every anchor so far; inf where there is
+// none. Ties go to the smaller step a, read back from the end. Only frames from which the next anchor can still be met
+// are kept (the band). The steps that won are one byte each; where all of them would not fit in memory, costs are kept
+// every so many layers and the layers between two such checkpoints are swept again on the way back.
 
-#include "layered.hpp"
+#include "layered_path.hpp"
 
-#include "extend.hpp"
+#include "recurrence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,26 +20,26 @@
 namespace retime {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
 struct Band {
     int64_t low, high;  // frames, both included
     size_t size() const { return high < low ? 0 : static_cast<size_t>(high - low + 1); }
 };
 
 // The costs that leave the frames of `here`, from those that left the frames of `before`, one position earlier.
-template <typename Lanes>
-RETIME_INLINE void advance_body(const double* scores, int64_t s, const Band& before, const Band& here, const double* cost, double* next, uint8_t* won) {
+template <typename Level>
+RETIME_INLINE void advance_body(const double* scores, int64_t s, const Band& before, const Band& here,
+                                const double* cost, double* next, uint8_t* won) {
     for (int64_t j = here.low; j <= here.high; ++j) {
         const int64_t row = (j - here.low) * s;
-        extend<Lanes>(s, cost + (j - before.low) * s, scores + j * s * s, std::max<int64_t>(1, j - before.high), std::min(s, j - before.low), 0.0,
-                      next + row, won + row);
+        extend<Level>(s, cost + (j - before.low) * s, scores + j * s * s, std::max<int64_t>(1, j - before.high),
+                      std::min(s, j - before.low), 0.0, next + row, won + row);
     }
 }
 
-RETIME_STEP_VERSIONS(void, advance,
-                     (const double* scores, int64_t s, const Band& before, const Band& here, const double* cost, double* next, uint8_t* won),
-                     (scores, s, before, here, cost, next, won))
+RETIME_VERSIONS(void, advance,
+                (const double* scores, int64_t s, const Band& before, const Band& here, const double* cost,
+                 double* next, uint8_t* won),
+                (scores, s, before, here, cost, next, won))
 
 class Layers {
   public:
@@ -51,8 +51,9 @@ class Layers {
             const Anchor &from = anchors[span], &to = anchors[span + 1];
             const int64_t latest = span + 2 == anchors.size() ? problem.last_position_max : to.position;
             for (int64_t p = from.position; p <= latest; ++p)
-                bands_[p] = {std::max(from.frame + (p - from.position), to.frame - s_ * (latest - p)),
-                             std::min(from.frame + s_ * (p - from.position), to.frame - std::max<int64_t>(0, to.position - p))};
+                bands_[p] = {
+                    std::max(from.frame + (p - from.position), to.frame - s_ * (latest - p)),
+                    std::min(from.frame + s_ * (p - from.position), to.frame - std::max<int64_t>(0, to.position - p))};
         }
         for (const Band& band : bands_) widest_ = std::max(widest_, band.size());
     }
@@ -81,7 +82,8 @@ class Layers {
 
 Path layered_path(const PathProblem& problem, size_t memory_limit) {
     const Layers layers(problem);
-    const int64_t first_end = problem.anchors.back().position, last = layers.last(), s = static_cast<int64_t>(problem.max_skip);
+    const int64_t first_end = problem.anchors.back().position, last = layers.last(),
+                  s = static_cast<int64_t>(problem.max_skip);
     const int64_t end_frame = problem.anchors.back().frame;
     const size_t row = std::max<size_t>(1, layers.widest() * problem.max_skip);
     // All in one block where it fits; else blocks that balance the bytes of steps against the doubles of checkpoints.
@@ -102,7 +104,8 @@ Path layered_path(const PathProblem& problem, size_t memory_limit) {
         // A shorter path wins a tie, then the smaller last step.
         const Band &band = layers.band(q), &before = layers.band(q - 1);
         if (q >= first_end && end_frame >= band.low && end_frame <= band.high)
-            for (int64_t a = std::max<int64_t>(1, end_frame - before.high); a <= std::min(s, end_frame - before.low); ++a) {
+            for (int64_t a = std::max<int64_t>(1, end_frame - before.high); a <= std::min(s, end_frame - before.low);
+                 ++a) {
                 const double total = cost[(end_frame - a - before.low) * s + a - 1] + problem.end_cost[a - 1];
                 if (total < path.total) path.total = total, p = q, b = a;
             }

@@ -7,11 +7,11 @@ namespace retime {
 struct PricedPath {
     Path path;
     double lower_bound = 0.0;
-    int64_t labels = 0;    // labels carried in the last pass
-    int64_t passes = 0;    // passes with a widening gap
-    int64_t sweeps = 0;    // sweeps over all scores that looked for the price
+    int64_t labels = 0;          // labels carried in the last pass
+    int64_t passes = 0;          // passes with a widening gap
+    int64_t sweeps = 0;          // sweeps over all scores that looked for the price
     double sweep_seconds = 0.0;  // spent in them
-    bool gave_up = false;  // more memory than allowed: the layered recurrence is the better way
+    bool gave_up = false;        // more memory than allowed: the layered recurrence is the better way
 };
 
 // The best path through every anchor, found by a price on the count and proved by its bound.

@@ -1,6 +1,6 @@
-// Distances as every backend measures them: in double precision, in one fixed order. Term t of a sum is added to running sum t % 16; the
-// 16 are halved to one: 8 + 8, 4 + 4, 2 + 2, 1 + 1. Each part of a vector (pose, velocity, acceleration) begins at running sum 0, so rows
-// are padded with zeros, which change no sum.
+// Distances as every backend measures them: in double precision, in one fixed order. Term t of a sum is added to
+// running sum t % 16; the 16 are halved to one: 8 + 8, 4 + 4, 2 + 2, 1 + 1. Each part of a vector (pose, velocity,
+// acceleration) begins at running sum 0, so rows are padded with zeros, which change no sum.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-#include "kept.hpp"
+#include "memory_pool.hpp"
 #include "scores.hpp"
 
 namespace retime {
@@ -44,7 +44,9 @@ RETIME_INLINE void in_lanes(size_t n, Add add) {
     for (size_t d = whole; d < n; ++d) add(d, d - whole);
 }
 
-RETIME_INLINE double eight_halved(const double* sum) { return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])); }
+RETIME_INLINE double eight_halved(const double* sum) {
+    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+}
 
 RETIME_INLINE double halved(const double* lanes) {
     double half[kLanes / 2];
@@ -56,20 +58,22 @@ RETIME_INLINE double halved(const double* lanes) {
 typedef double Lanes[kBatch][kLanes];
 
 // Halves them to one number a row.
-template <bool wide>
+template <typename Level>
 RETIME_INLINE void halve(const Lanes& lanes, double* out) {
 #if defined(RETIME_SHUFFLE)
-    if constexpr (wide) {
-        Four::Numbers four[kBatch];
+    if constexpr (Level::kDoubles >= 4) {
+        Wide<double, 4> four[kBatch];
         for (size_t row = 0; row < kBatch; ++row) {
-            Four::Numbers part[4];
+            Wide<double, 4> part[4];
             std::memcpy(part, lanes[row], sizeof part);
             four[row] = (part[0] + part[2]) + (part[1] + part[3]);
         }
         // Two rows beside each other, then all four.
-        const Four::Numbers a = RETIME_SHUFFLE(four[0], four[1], 0, 1, 4, 5) + RETIME_SHUFFLE(four[0], four[1], 2, 3, 6, 7);
-        const Four::Numbers b = RETIME_SHUFFLE(four[2], four[3], 0, 1, 4, 5) + RETIME_SHUFFLE(four[2], four[3], 2, 3, 6, 7);
-        const Four::Numbers all = RETIME_SHUFFLE(a, b, 0, 2, 4, 6) + RETIME_SHUFFLE(a, b, 1, 3, 5, 7);
+        const Wide<double, 4> a =
+            RETIME_SHUFFLE(four[0], four[1], 0, 1, 4, 5) + RETIME_SHUFFLE(four[0], four[1], 2, 3, 6, 7);
+        const Wide<double, 4> b =
+            RETIME_SHUFFLE(four[2], four[3], 0, 1, 4, 5) + RETIME_SHUFFLE(four[2], four[3], 2, 3, 6, 7);
+        const Wide<double, 4> all = RETIME_SHUFFLE(a, b, 0, 2, 4, 6) + RETIME_SHUFFLE(a, b, 1, 3, 5, 7);
         std::memcpy(out, &all, sizeof all);
         return;
     }
@@ -80,15 +84,12 @@ RETIME_INLINE void halve(const Lanes& lanes, double* out) {
 // Squared distance of two rows; `wide` is a multiple of kLanes.
 template <typename Level>
 RETIME_INLINE double squared_distance(const double* a, const double* b, size_t wide) {
-    using Numbers = typename Level::Pack::Numbers;
-    constexpr size_t kParts = kLanes * sizeof(double) / sizeof(Numbers), kWidth = kLanes / kParts;
-    Numbers sum[kParts] = {};
+    using Doubles = typename Level::Doubles;
+    constexpr size_t kWidth = Level::kDoubles, kParts = kLanes / kWidth;
+    Doubles sum[kParts] = {};
     for (size_t d = 0; d < wide; d += kLanes)
         for (size_t part = 0; part < kParts; ++part) {
-            Numbers one, other;
-            std::memcpy(&one, a + d + part * kWidth, sizeof one);
-            std::memcpy(&other, b + d + part * kWidth, sizeof other);
-            const Numbers difference = one - other;
+            const Doubles difference = load<Doubles>(a + d + part * kWidth) - load<Doubles>(b + d + part * kWidth);
             sum[part] += difference * difference;
         }
     double lanes[kLanes];
@@ -99,53 +100,66 @@ RETIME_INLINE double squared_distance(const double* a, const double* b, size_t w
 // Inner products of a row with each of the n rows from `rows` on, or with `apart` its squared distances to them.
 template <typename Level, bool apart = false>
 RETIME_INLINE void dots(const double* x, const double* rows, size_t n, size_t wide, double* out) {
-    using Numbers = typename Level::Pack::Numbers;
-    constexpr size_t kParts = kLanes * sizeof(double) / sizeof(Numbers), kWidth = kLanes / kParts;
+    using Doubles = typename Level::Doubles;
+    constexpr size_t kWidth = Level::kDoubles, kParts = kLanes / kWidth;
     for (size_t begin = 0; begin < n; begin += kBatch) {
         const double* row[kBatch];
         for (size_t m = 0; m < kBatch; ++m) row[m] = rows + std::min(begin + m, n - 1) * wide;
         alignas(64) Lanes lanes;
         for (size_t first = 0; first < kBatch; first += Level::kRows) {
-            Numbers sum[Level::kRows][kParts] = {};
+            Doubles sum[Level::kRows][kParts] = {};
             for (size_t d = 0; d < wide; d += kLanes)
                 for (size_t part = 0; part < kParts; ++part) {
-                    Numbers here, there;
-                    std::memcpy(&here, x + d + part * kWidth, sizeof here);
+                    const Doubles here = load<Doubles>(x + d + part * kWidth);
                     for (size_t m = 0; m < Level::kRows; ++m) {
-                        std::memcpy(&there, row[first + m] + d + part * kWidth, sizeof there);
-                        sum[m][part] += apart ? (here - there) * (here - there) : here * there;
+                        const Doubles there = load<Doubles>(row[first + m] + d + part * kWidth);
+                        if constexpr (apart) {
+                            const Doubles difference = here - there;
+                            sum[m][part] += difference * difference;
+                        } else {
+                            sum[m][part] += here * there;
+                        }
                     }
                 }
             std::memcpy(lanes[first], sum, sizeof sum);
         }
         double some[kBatch];
-        halve<Level::kWide>(lanes, some);
+        halve<Level>(lanes, some);
         for (size_t m = 0; m < kBatch && begin + m < n; ++m) out[begin + m] = some[m];
     }
 }
 
-// Puts kGroup numbers among the `count` least of each of kGroup queries, the smallest first; those of one rank are kGroup apart. With
-// `ids` each brings `id` along.
+// Which of kGroup numbers are not above others: bit g stands for the g-th.
 template <typename Level>
-RETIME_INLINE void keep_least(const double* numbers, size_t count, double* nearest, int64_t id = 0, int64_t* ids = nullptr) {
-    using Numbers = typename Level::Pack::Numbers;
-    using Integers = typename Level::Pack::Integers;
-    for (size_t g = 0; g < kGroup; g += sizeof(Numbers) / sizeof(double)) {
-        Numbers more, here;
-        Integers more_id = Integers{} + id, here_id;
-        std::memcpy(&more, numbers + g, sizeof more);
+RETIME_INLINE uint32_t not_above(const double* numbers, const double* others) {
+    using Doubles = typename Level::Doubles;
+    uint32_t found = 0;
+    for (size_t g = 0; g < kGroup; g += Level::kDoubles)
+        found |= Level::above(load<Doubles>(numbers + g), load<Doubles>(others + g)) << g;
+    return ~found & ((1u << kGroup) - 1);
+}
+
+// Puts kGroup numbers among the `count` least of each of kGroup queries, the smallest first; those of one rank are
+// kGroup apart. With `ids` each brings `id` along.
+template <typename Level>
+RETIME_INLINE void keep_least(const double* numbers, size_t count, double* nearest, int64_t id = 0,
+                              int64_t* ids = nullptr) {
+    using Doubles = typename Level::Doubles;
+    using Integers = Wide<int64_t, Level::kDoubles>;
+    for (size_t g = 0; g < kGroup; g += Level::kDoubles) {
+        Doubles more = load<Doubles>(numbers + g);
+        Integers more_id = Integers{} + id;
         for (size_t m = 0; m < count; ++m) {
             const size_t at = m * kGroup + g;
-            std::memcpy(&here, nearest + at, sizeof here);
-            const Numbers less = more < here ? more : here;
+            const Doubles here = load<Doubles>(nearest + at);
+            const auto nearer = more < here;
             if (ids) {
-                std::memcpy(&here_id, ids + at, sizeof here_id);
-                const Integers less_id = more < here ? more_id : here_id;
-                more_id = more < here ? here_id : more_id;
-                std::memcpy(ids + at, &less_id, sizeof less_id);
+                const Integers here_id = load<Integers>(ids + at);
+                store(choose(nearer, more_id, here_id), ids + at);
+                more_id = choose(nearer, here_id, more_id);
             }
-            more = more < here ? here : more;
-            std::memcpy(nearest + at, &less, sizeof less);
+            store(choose(nearer, more, here), nearest + at);
+            more = choose(nearer, here, more);
         }
     }
 }
@@ -164,7 +178,7 @@ RETIME_INLINE void write_least(const double* nearest, size_t count, size_t n, bo
 }
 
 // Rows as distances need them, all padded.
-struct Measured {
+struct PaddedRows {
     const ScoreProblem& p;
     size_t wide;
     // Poses y and z; v dz + w ddz and v dz - w ddz; |dz|^2 + |ddz|^2.
@@ -173,22 +187,27 @@ struct Measured {
     const int64_t* order;
 
     // With `order`, row l is that row of the reference.
-    explicit Measured(const ScoreProblem& problem, const int64_t* order = nullptr);
+    explicit PaddedRows(const ScoreProblem& problem, const int64_t* order = nullptr);
 
-    const double* reference(size_t row) const { return p.reference + (order ? static_cast<size_t>(order[row]) : row) * 3 * p.n_numbers; }
+    const double* reference(size_t row) const {
+        return p.reference + (order ? static_cast<size_t>(order[row]) : row) * 3 * p.n_numbers;
+    }
 };
 
-// Squared distances of triples to reference rows. With e = y_k - y_j, f = y_j - y_i a triple's movement is [v (e + f), w (e - f)], so that
+// Squared distances of triples to reference rows. With e = y_k - y_j, f = y_j - y_i a triple's movement is [v (e + f),
+// w (e - f)], so that
 //
-//   |[dy, ddy] - [dz, ddz]|^2 = (vv |e + f|^2 + ww |e - f|^2 - 2 (e.(v dz + w ddz) + f.(v dz - w ddz))) + |dz|^2 + |ddz|^2
+//   |[dy, ddy] - [dz, ddz]|^2 = (vv |e + f|^2 + ww |e - f|^2 - 2 (e.(v dz + w ddz) + f.(v dz - w ddz)))
+//                               + |dz|^2 + |ddz|^2
 //
-// needs inner products of single steps only, those of a row with the steps of one frame for all of its triples; e + f is a step too, and
-// |e - f|^2 = 2 (|e|^2 + |f|^2) - |e + f|^2. Where the terms all but cancel, the movement is measured as it is.
+// needs inner products of single steps only, those of a row with the steps of one frame for all of its triples; e + f
+// is a step too, and |e - f|^2 = 2 (|e|^2 + |f|^2) - |e + f|^2. Where the terms all but cancel, the movement is
+// measured as it is.
 template <typename Level>
-class Measure {
+class TripleDistances {
   public:
     // For triples with their middle in frames begin to end. Without poses, distances are those of movements.
-    RETIME_INLINE Measure(const Measured& measured, size_t begin, size_t end, bool with_poses)
+    RETIME_INLINE TripleDistances(const PaddedRows& measured, size_t begin, size_t end, bool with_poses)
         : q_(measured),
           with_poses_(with_poses),
           s_(q_.p.max_skip),
@@ -202,7 +221,8 @@ class Measure {
           slot_(q_.p.n_reference) {
         for (size_t i = begin_; i < end; ++i) {
             const double* here = q_.input.data() + i * wide_;
-            dots<Level, true>(here, here + wide_, std::min(2 * s_, q_.p.n_input - 1 - i), wide_, lengths_.data() + (i - begin_) * 2 * s_);
+            dots<Level, true>(here, here + wide_, std::min(2 * s_, q_.p.n_input - 1 - i), wide_,
+                              lengths_.data() + (i - begin_) * 2 * s_);
         }
     }
 
@@ -215,7 +235,8 @@ class Measure {
         for (size_t j = first; j < last; ++j)
             for (size_t a = 1; a <= s_ && a <= j; ++a) {
                 // Squared lengths of the steps from i on and from j on.
-                const double *from_i = lengths_.data() + (j - a - begin_) * 2 * s_, *from_j = lengths_.data() + (j - begin_) * 2 * s_;
+                const double *from_i = lengths_.data() + (j - a - begin_) * 2 * s_,
+                             *from_j = lengths_.data() + (j - begin_) * 2 * s_;
                 double* moved = moved_.data() + ((j - first) * s_ + a - 1) * s_;
                 double* size = size_.data() + ((j - first) * s_ + a - 1) * s_;
                 for (size_t b = 1; b <= s_ && j + b < q_.p.n_input; ++b) {
@@ -243,33 +264,32 @@ class Measure {
             e_.resize(n_slots_ * s_ + kGroup), f_.resize(n_slots_ * s_);
         }
         complete_[slot] = 0;
-        poses_[slot] = with_poses_ ? squared_distance<Level>(q_.input.data() + j_ * wide_, q_.poses.data() + row * wide_, wide_) : 0.0;
+        poses_[slot] = with_poses_
+                           ? squared_distance<Level>(q_.input.data() + j_ * wide_, q_.poses.data() + row * wide_, wide_)
+                           : 0.0;
         return slot;
     }
 
     // The squared distance of the poses alone.
     double pose(size_t slot) const { return poses_[slot]; }
 
-    // Of triples (j - a, j, j + b) to (j - a, j, j + b + n - 1) for n <= kGroup; the rest of `out` (kGroup) has no meaning.
+    // Of triples (j - a, j, j + b) to (j - a, j, j + b + n - 1) for n <= kGroup; the rest of `out` (kGroup) has no
+    // meaning.
     RETIME_INLINE void squares(size_t a, size_t b, size_t n, size_t row, size_t slot, double* out) {
-        using Numbers = typename Level::Pack::Numbers;
-        constexpr size_t kWidth = sizeof(Numbers) / sizeof(double);
+        using Doubles = typename Level::Doubles;
         if (!complete_[slot]) complete(row, slot);
         const size_t t = ((j_ - first_) * s_ + a - 1) * s_ + b - 1;
         const double zz = q_.squares[row], of_a = f_[slot * s_ + a - 1], pose = poses_[slot];
         double enough[kGroup];
-        for (size_t g = 0; g < kGroup; g += kWidth) {
-            Numbers along, moved, size;
-            std::memcpy(&along, e_.data() + slot * s_ + b - 1 + g, sizeof along);
-            std::memcpy(&moved, moved_.data() + t + g, sizeof moved);
-            std::memcpy(&size, size_.data() + t + g, sizeof size);
-            const Numbers total = pose + ((moved - 2 * (along + of_a)) + zz), least = kCancelled * (size + zz);
-            std::memcpy(out + g, &total, sizeof total);
-            std::memcpy(enough + g, &least, sizeof least);
+        for (size_t g = 0; g < kGroup; g += Level::kDoubles) {
+            const Doubles along = load<Doubles>(e_.data() + slot * s_ + b - 1 + g);
+            const Doubles moved = load<Doubles>(moved_.data() + t + g), size = load<Doubles>(size_.data() + t + g);
+            store(Doubles(pose + ((moved - 2 * (along + of_a)) + zz)), out + g);
+            store(Doubles(kCancelled * (size + zz)), enough + g);
         }
-        uint32_t cancelled = Level::not_above(out, enough);
+        uint32_t cancelled = not_above<Level>(out, enough);
         for (cancelled &= (1u << n) - 1; cancelled; cancelled &= cancelled - 1) {
-            const size_t g = static_cast<size_t>(__builtin_ctz(cancelled));
+            const size_t g = next_bit(cancelled);
             out[g] = pose + direct(a, b + g, row);
         }
     }
@@ -314,16 +334,17 @@ class Measure {
         return squared_distance<Level>(move, there, 2 * wide_);
     }
 
-    const Measured& q_;
+    const PaddedRows& q_;
     bool with_poses_;
-    size_t s_, wide_, begin_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0, n_slots_ = 0;
+    size_t s_, wide_, begin_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0,
+                              n_slots_ = 0;
     uint32_t now_ = 0;
     Array<double> lengths_, out_, in_, scratch_, moved_, size_, poses_, e_, f_;
     Array<uint32_t> stamp_, slot_;
     Array<uint8_t> complete_;
 };
 
-inline Measured::Measured(const ScoreProblem& problem, const int64_t* in_order)
+inline PaddedRows::PaddedRows(const ScoreProblem& problem, const int64_t* in_order)
     : p(problem),
       wide(padded(p.n_numbers)),
       input(pad_rows(p.input, p.n_input, p.n_numbers, 0, p.n_numbers)),

@@ -1,4 +1,5 @@
-// The conditional score of triples (i, j, k) = (j - a, j, j + b): how the reference moves where its pose is nearest to that of frame j.
+// The conditional score of triples (i, j, k) = (j - a, j, j + b): how the reference moves where its pose is nearest to
+// that of frame j.
 
 #include "candidates.hpp"
 
@@ -29,7 +30,8 @@ class Nearest {
         const auto after = [&](size_t m) { return squares_[m] > square || (squares_[m] == square && rows_[m] > row); };
         if (!after(n_ - 1) && rows_[n_ - 1] >= 0) return false;
         size_t place = n_ - 1;
-        for (; place > 0 && (rows_[place - 1] < 0 || after(place - 1)); --place) squares_[place] = squares_[place - 1], rows_[place] = rows_[place - 1];
+        for (; place > 0 && (rows_[place - 1] < 0 || after(place - 1)); --place)
+            squares_[place] = squares_[place - 1], rows_[place] = rows_[place - 1];
         squares_[place] = square, rows_[place] = row;
         return true;
     }
@@ -63,13 +65,15 @@ struct Poses {
             double squares[16] = {};
             for (size_t d = 0; d < n; ++d)
                 for (size_t l = 0; l < 16; ++l) {
-                    const double number = first + l < p.n_reference ? (p.poses[(first + l) * n + d] - p.origin[d]) * p.scale : 0.0;
+                    const double number =
+                        first + l < p.n_reference ? (p.poses[(first + l) * n + d] - p.origin[d]) * p.scale : 0.0;
                     column[d * kPanel + l] = static_cast<float>(-number);
                     squares[l] += number * number;
                 }
             for (size_t l = 0; l < 16; ++l) {
                 const bool there = first + l < p.n_reference;
-                column[n * kPanel + l] = there ? static_cast<float>(0.5 * squares[l]) : std::numeric_limits<float>::quiet_NaN();
+                column[n * kPanel + l] =
+                    there ? static_cast<float>(0.5 * squares[l]) : std::numeric_limits<float>::quiet_NaN();
                 longest = std::max(longest, std::sqrt(squares[l]));
                 largest = std::max(largest, 0.5 * squares[l]);
             }
@@ -87,34 +91,39 @@ RETIME_INLINE void nearest_poses_body(const Poses& q, size_t begin, size_t end, 
     Array<int32_t> rows(kTile * count, -1), guesses(count, -1);
     const auto nearest = [&](size_t t) { return Nearest(count, squares.data() + t * count, rows.data() + t * count); };
     const auto exact = [&](size_t j, int32_t row) RETIME_LAMBDA_INLINE {
-        return squared_distance<Level>(q.input.data() + j * wide, q.poses.data() + static_cast<size_t>(row) * wide, wide);
+        return squared_distance<Level>(q.input.data() + j * wide, q.poses.data() + static_cast<size_t>(row) * wide,
+                                       wide);
     };
     const auto limit = [&](size_t j, size_t t) {
-        const double length = q.low.lengths[j], root = std::sqrt(squares[t * count + count - 1]) * p.scale * (1 + 1e-12) + p.blur;
+        const double length = q.low.lengths[j],
+                     root = std::sqrt(squares[t * count + count - 1]) * p.scale * (1 + 1e-12) + p.blur;
         const double least = 0.5 * root * root - 0.5 * length * length;
-        limits[t] = static_cast<float>(least + rounding(n) * (length * q.longest + q.largest) + 1e-12 * length * length + 2.4e-7 * std::abs(least) + 1e-30);
+        limits[t] = static_cast<float>(least + rounding(n) * (length * q.longest + q.largest) +
+                                       1e-12 * length * length + 2.4e-7 * std::abs(least) + 1e-30);
     };
     for (size_t first = begin; first < end; first += kTile) {
         const size_t last = std::min(first + kTile, end);
         for (size_t panel = 0; panel < q.n_panels; panel += kChunk) {
             const size_t n_blocks = std::min(kChunk, q.n_panels - panel), stride = kChunk * kPanel;
-            Level::products(q.low.rows.data() + first * (n + 1), last - first, n + 1, q.panels.data() + panel * (n + 1) * kPanel, n_blocks, products.data(),
-                           stride);
+            multiply_panels<Level>(q.low.rows.data() + first * (n + 1), last - first, n + 1,
+                                   q.panels.data() + panel * (n + 1) * kPanel, n_blocks, products.data(), stride);
             for (size_t j = first; j < last; ++j) {
                 const size_t t = j - first;
                 if (panel == 0) {
                     // One frame on, the reference has likely gone on too.
-                    if (j > begin) std::copy_n(rows.data() + (t > 0 ? t - 1 : kTile - 1) * count, count, guesses.data());
+                    if (j > begin)
+                        std::copy_n(rows.data() + (t > 0 ? t - 1 : kTile - 1) * count, count, guesses.data());
                     nearest(t).clear();
                     for (const int32_t row : guesses)
-                        if (row >= 0 && row + 1 < static_cast<int32_t>(p.n_reference)) nearest(t).add(exact(j, row + 1), row + 1);
+                        if (row >= 0 && row + 1 < static_cast<int32_t>(p.n_reference))
+                            nearest(t).add(exact(j, row + 1), row + 1);
                     limit(j, t);
                 }
                 for (size_t block = 0; block < n_blocks; ++block) {
                     const float* here = products.data() + t * stride + block * kPanel;
-                    uint64_t found = Level::within(here, nothing.data(), nothing.data(), limits[t]);
+                    uint64_t found = within<Level>({here, nothing.data(), {nothing.data()}, 1}, 0, 0, limits[t]);
                     for (; found; found &= found - 1) {
-                        const size_t lane = static_cast<size_t>(__builtin_ctzll(found));
+                        const size_t lane = next_bit(found);
                         const int32_t row = static_cast<int32_t>((panel + block) * kPanel + lane);
                         if (here[lane] > limits[t] || nearest(t).holds(row)) continue;
                         if (nearest(t).add(exact(j, row), row)) limit(j, t);
@@ -127,26 +136,16 @@ RETIME_INLINE void nearest_poses_body(const Poses& q, size_t begin, size_t end, 
     }
 }
 
-void nearest_poses_plain(const Poses& q, size_t begin, size_t end, int64_t* out) {
-    nearest_poses_body<Plain>(q, begin, end, out);
-}
-
-#if RETIME_X86
-RETIME_AVX2 void nearest_poses_avx2(const Poses& q, size_t begin, size_t end, int64_t* out) {
-    nearest_poses_body<Avx2>(q, begin, end, out);
-}
-
-RETIME_AVX512 void nearest_poses_avx512(const Poses& q, size_t begin, size_t end, int64_t* out) {
-    nearest_poses_body<Avx512>(q, begin, end, out);
-}
-#endif
+RETIME_VERSIONS(void, nearest_poses, (const Poses& q, size_t begin, size_t end, int64_t* out), (q, begin, end, out))
 
 // Movements of a frame's triples against those of the rows that are nearest to it in pose.
 template <typename Level>
-RETIME_INLINE void conditional_rows_body(const Measured& q, const int64_t* nearest, size_t begin, size_t end, double* out) {
+RETIME_INLINE void conditional_rows_body(const PaddedRows& q, const int64_t* nearest, size_t begin, size_t end,
+                                         double* out) {
     const ScoreProblem& p = q.p;
-    const size_t s = p.max_skip, count = p.n_neighbors, n_groups = (s + kGroup - 1) / kGroup, n_tile = tile_frames(end - begin, s, kPanel);
-    Measure<Level> exact(q, begin, end, false);
+    const size_t s = p.max_skip, count = p.n_neighbors, n_groups = (s + kGroup - 1) / kGroup,
+                 n_tile = tile_frames(end - begin, s, kPanel);
+    TripleDistances<Level> exact(q, begin, end, false);
     Array<double> squares(s * n_groups * count * kGroup);
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
@@ -161,41 +160,34 @@ RETIME_INLINE void conditional_rows_body(const Measured& q, const int64_t* neare
                     for (size_t b = 1; b <= n_out; b += kGroup) {
                         double measured[kGroup];
                         exact.squares(a, b, std::min(kGroup, n_out - b + 1), row, slot, measured);
-                        keep_least<Level>(measured, count, squares.data() + ((a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup);
+                        keep_least<Level>(measured, count,
+                                          squares.data() + ((a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup);
                     }
             }
             for (size_t a = 1; a <= n_in; ++a)
                 for (size_t b = 1; b <= n_out; b += kGroup)
-                    write_least(squares.data() + ((a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup, count, std::min(kGroup, n_out - b + 1), false,
-                                out + (j * s + a - 1) * s + b - 1);
+                    write_least(squares.data() + ((a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup, count,
+                                std::min(kGroup, n_out - b + 1), false, out + (j * s + a - 1) * s + b - 1);
         }
     }
 }
 
-void conditional_rows_plain(const Measured& q, const int64_t* nearest, size_t begin, size_t end, double* out) {
-    conditional_rows_body<Plain>(q, nearest, begin, end, out);
-}
-
-#if RETIME_X86
-RETIME_AVX2 void conditional_rows_avx2(const Measured& q, const int64_t* nearest, size_t begin, size_t end, double* out) {
-    conditional_rows_body<Avx2>(q, nearest, begin, end, out);
-}
-
-RETIME_AVX512 void conditional_rows_avx512(const Measured& q, const int64_t* nearest, size_t begin, size_t end, double* out) {
-    conditional_rows_body<Avx512>(q, nearest, begin, end, out);
-}
-#endif
+RETIME_VERSIONS(void, conditional_rows,
+                (const PaddedRows& q, const int64_t* nearest, size_t begin, size_t end, double* out),
+                (q, nearest, begin, end, out))
 
 }  // namespace
 
 void nearest_poses(const PoseProblem& problem, int n_threads, int64_t* out) {
     const Poses shared(problem);
-    in_threads(0, problem.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(nearest_poses, shared, from, to, out); });
+    in_threads(0, problem.n_input, n_threads,
+               [&](size_t from, size_t to) { RETIME_CALL(nearest_poses, shared, from, to, out); });
 }
 
 void conditional_scores(const ScoreProblem& p, const int64_t* nearest, int n_threads, double* out) {
-    const Measured shared(p);
-    in_threads(0, p.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(conditional_rows, shared, nearest, from, to, out); });
+    const PaddedRows shared(p);
+    in_threads(0, p.n_input, n_threads,
+               [&](size_t from, size_t to) { RETIME_CALL(conditional_rows, shared, nearest, from, to, out); });
 }
 
 }  // namespace retime

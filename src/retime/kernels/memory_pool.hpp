@@ -1,5 +1,5 @@
-// Memory for arrays that live as long as a call: on cache lines, and kept for the next call. New pages cost more than what is written to
-// them, and so do vectors that cross lines.
+// Memory for arrays that live as long as a call: on cache lines, and kept for the next call. New pages cost more than
+// what is written to them, and so do vectors that cross lines.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@ namespace retime {
 
 constexpr std::size_t kLine = 64;
 
-class Kept {
+class MemoryPool {
   public:
-    static Kept& all() {
-        static Kept pool;
+    static MemoryPool& all() {
+        static MemoryPool pool;
         return pool;
     }
 
@@ -24,7 +24,8 @@ class Kept {
             size_t best = blocks_.size();
             for (size_t i = 0; i < blocks_.size(); ++i) {
                 const size_t size = blocks_[i]->n_bytes;
-                if (size >= n_bytes && size / 2 <= n_bytes && (best == blocks_.size() || size < blocks_[best]->n_bytes)) best = i;
+                if (size >= n_bytes && size / 2 <= n_bytes && (best == blocks_.size() || size < blocks_[best]->n_bytes))
+                    best = i;
             }
             if (best < blocks_.size()) {
                 Header* block = blocks_[best];
@@ -59,8 +60,8 @@ class Kept {
     // What a take of a minute needs; long ones pay for their pages.
     static constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
-    Kept() { blocks_.reserve(64); }
-    ~Kept() {
+    MemoryPool() { blocks_.reserve(64); }
+    ~MemoryPool() {
         for (Header* block : blocks_) ::operator delete(block, std::align_val_t{kLine});
     }
 
@@ -70,27 +71,27 @@ class Kept {
 };
 
 template <typename T>
-struct FromKept {
+struct FromPool {
     using value_type = T;
 
-    FromKept() = default;
+    FromPool() = default;
     template <typename U>
-    FromKept(const FromKept<U>&) {}
+    FromPool(const FromPool<U>&) {}
 
-    T* allocate(std::size_t n) { return static_cast<T*>(Kept::all().take(n * sizeof(T))); }
-    void deallocate(T* memory, std::size_t) noexcept { Kept::all().give(memory); }
+    T* allocate(std::size_t n) { return static_cast<T*>(MemoryPool::all().take(n * sizeof(T))); }
+    void deallocate(T* memory, std::size_t) noexcept { MemoryPool::all().give(memory); }
     template <typename U>
-    bool operator==(const FromKept<U>&) const {
+    bool operator==(const FromPool<U>&) const {
         return true;
     }
 };
 
 template <typename T>
-using Array = std::vector<T, FromKept<T>>;
+using Array = std::vector<T, FromPool<T>>;
 
 // The same, of which the caller sets every number: as it is made it holds any.
 template <typename T>
-struct Unset : FromKept<T> {
+struct Unset : FromPool<T> {
     template <typename U>
     struct rebind {
         using other = Unset<U>;

@@ -2,9 +2,10 @@
 //
 //   f = mean of the n_neighbors smallest |y^ - z^_l|,  y^ = [y_j, v (y_k - y_i), w ((y_k - y_j) - (y_j - y_i))].
 //
-// The squared distance separates into a term of j, one of k and one of i for each reference frame l, so a candidate costs two
-// subtractions instead of 3 * n_numbers of them. In single precision each is right up to `slack`: a row that is farther than the
-// n_neighbors nearest by more than twice that can't be among them. The rest are measured exactly (measure.hpp), eight triples at once.
+// The squared distance separates into a term of j, one of k and one of i for each reference frame l, so a candidate
+// costs two subtractions instead of 3 * n_numbers of them. In single precision each is right up to `slack`: a row that
+// is farther than the n_neighbors nearest by more than twice that can't be among them. The rest are measured exactly
+// (exact_distances.hpp), eight triples at once.
 
 #include "candidates.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 // What all threads share.
 struct Joint {
     const ScoreProblem& p;
-    Measured measured;
+    PaddedRows measured;
     Low low;
     Columns columns;
 
@@ -34,12 +35,13 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
     const size_t n_tile = tile_frames(end - begin, s, std::min(kChunk, n_panels) * kPanel);
     TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
 
-    // Of each triple of the tile: the squared distances of its nearest rows so far, the smallest first, for kGroup triples beside each other.
+    // Of each triple of the tile: the squared distances of its nearest rows so far, the smallest first, for kGroup
+    // triples beside each other.
     const size_t n_groups = (s + kGroup - 1) / kGroup;
     Array<double> squares(n_tile * s * n_groups * count * kGroup);
     Array<float> lowest_limits(n_tile * s * n_groups * kGroup), least(kGroup * kChunk * 16);
     float total[kGroup * 16] = {};
-    Measure<Level> exact(q.measured, begin, end, true);
+    TripleDistances<Level> exact(q.measured, begin, end, true);
 
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
@@ -56,27 +58,33 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
                     for (size_t b = 1; b <= n_out; b += kGroup) {
                         const size_t n_group = std::min(kGroup, n_out - b + 1);
                         const Rows rows = tile.rows(j, a, b, n_group, 0);
-                        Level::minima(rows, n_blocks, least.data(), total);
+                        minima<Level>(rows, n_blocks, least.data(), total);
                         // Never above what an earlier chunk has shown.
-                        float limits[kGroup], *lowest = lowest_limits.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * kGroup;
+                        float limits[kGroup],
+                            *lowest = lowest_limits.data() +
+                                      (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * kGroup;
                         if (count == 3)
                             nth_least(total, 3, limits);
                         else
                             nth_least(total, count, limits);
-                        const double some_slack = q.low.lengths[j] * q.columns.longest_here + q.low.lengths[j - a] * q.columns.longest_before + q.columns.largest;
+                        const double some_slack = q.low.lengths[j] * q.columns.longest_here +
+                                                  q.low.lengths[j - a] * q.columns.longest_before + q.columns.largest;
                         for (size_t g = 0; g < n_group; ++g) {
-                            const double slack = unit * (some_slack + q.low.lengths[j + b + g] * q.columns.longest_after) + 1e-30;
-                            limits[g] = static_cast<float>(limits[g] + 2.000001 * slack) + std::abs(limits[g]) * 2.4e-7f;
+                            const double slack =
+                                unit * (some_slack + q.low.lengths[j + b + g] * q.columns.longest_after) + 1e-30;
+                            limits[g] =
+                                static_cast<float>(limits[g] + 2.000001 * slack) + std::abs(limits[g]) * 2.4e-7f;
                             limits[g] = lowest[g] = std::min(lowest[g], limits[g]);
                         }
                         uint64_t near[kChunk];
-                        uint32_t blocks = Level::nearby(rows, n_blocks, least.data(), limits, near);
+                        uint32_t blocks = nearby<Level>(rows, n_blocks, least.data(), limits, near);
                         // What one triple needs is measured for its neighbours too: a few instructions for all of them.
-                        double* nearest = squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
+                        double* nearest =
+                            squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
                         for (; blocks; blocks &= blocks - 1) {
-                            const size_t block = static_cast<size_t>(__builtin_ctz(blocks));
+                            const size_t block = next_bit(blocks);
                             for (uint64_t some = near[block]; some; some &= some - 1) {
-                                const size_t row = (panel + block) * kPanel + static_cast<size_t>(__builtin_ctzll(some));
+                                const size_t row = (panel + block) * kPanel + next_bit(some);
                                 double measured[kGroup];
                                 exact.squares(a, b, n_group, row, exact.find(row), measured);
                                 keep_least<Level>(measured, count, nearest);
@@ -88,30 +96,24 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
         for (size_t j = first; j < last; ++j)
             for (size_t a = 1; a <= s && a <= j; ++a)
                 for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup) {
-                    const size_t n_group = std::min({kGroup, s - b + 1, p.n_input - j - b}), triple = (j * s + a - 1) * s + b - 1;
-                    const double* nearest = squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
+                    const size_t n_group = std::min({kGroup, s - b + 1, p.n_input - j - b}),
+                                 triple = (j * s + a - 1) * s + b - 1;
+                    const double* nearest =
+                        squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
                     write_least(nearest, count, n_group, each, out + triple * (each ? count : 1));
                 }
     }
 }
 
-void joint_rows_plain(const Joint& q, size_t begin, size_t end, bool each, double* out) { joint_rows_body<Plain>(q, begin, end, each, out); }
-
-#if RETIME_X86
-RETIME_AVX2 void joint_rows_avx2(const Joint& q, size_t begin, size_t end, bool each, double* out) {
-    joint_rows_body<Avx2>(q, begin, end, each, out);
-}
-
-RETIME_AVX512 void joint_rows_avx512(const Joint& q, size_t begin, size_t end, bool each, double* out) {
-    joint_rows_body<Avx512>(q, begin, end, each, out);
-}
-#endif
+RETIME_VERSIONS(void, joint_rows, (const Joint& q, size_t begin, size_t end, bool each, double* out),
+                (q, begin, end, each, out))
 
 }  // namespace
 
 void joint_scores(const ScoreProblem& problem, double scale, int n_threads, bool each, double* out) {
     const Joint shared(problem, scale);
-    in_threads(0, problem.n_input, n_threads, [&](size_t from, size_t to) { RETIME_CALL(joint_rows, shared, from, to, each, out); });
+    in_threads(0, problem.n_input, n_threads,
+               [&](size_t from, size_t to) { RETIME_CALL(joint_rows, shared, from, to, each, out); });
 }
 
 }  // namespace retime

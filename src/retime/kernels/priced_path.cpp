@@ -1,24 +1,26 @@
 // The constrained shortest path by a price on the count.
 //
-// Relaxation: charge lambda_k for each step in the span k between two anchors and forget the positions. One sweep over the vertices
-// (frame, step) finds the best path of any length,
+// Relaxation: charge lambda_k for each step in the span k between two anchors and forget the positions. One sweep over
+// the vertices (frame, step) finds the best path of any length,
 //
 //   V(j, b) = lambda(j) + min over a of  V(j - a, a) + f(j - a, j, j + b),
 //
-// where V(j, b) is the least priced cost of a path whose last step goes from frame j to j + b. Its least value at the end, Phi, less the
-// sum of lambda_k * (steps that span k must have) is a lower bound on every path that meets the anchors, whatever lambda.
+// where V(j, b) is the least priced cost of a path whose last step goes from frame j to j + b. Its least value at the
+// end, Phi, less the sum of lambda_k * (steps that span k must have) is a lower bound on every path that meets the
+// anchors, whatever lambda.
 //
-// Proof: with G the least priced cost from a vertex to the end, a path within `gap` of the bound uses only vertices with
-// V + G <= Phi + gap. Those are few: a walk back from the end finds them, and the edges between them (the corridor). Labels (position,
-// cost) are carried over the corridor only; they too are dropped where cost + price so far + G > Phi + gap. Invariant: a label holds
-// the least cost of any path to its vertex in its position that was not ruled out. It is the value of the layered recurrence, computed
-// by the same additions, so totals and ties agree with it to the last bit. If labels reach the end within the gap, the best of them is
-// optimal; else the gap widens. All of the vertices survive at worst (scores all equal): then it gives up before memory does, and the
-// caller runs the layered recurrence.
+// Proof: with G the least priced cost from a vertex to the end, a path within `gap` of the bound uses only vertices
+// with V + G <= Phi + gap. Those are few: a walk back from the end finds them, and the edges between them (the
+// corridor). Labels (position, cost) are carried over the corridor only; they too are dropped where cost + price so far
+// + G > Phi + gap. Invariant: a label holds the least cost of any path to its vertex in its position that was not ruled
+// out. It is the value of the layered recurrence, computed by the same additions, so totals and ties agree with it to
+// the last bit. If labels reach the end within the gap, the best of them is optimal; else the gap widens. All of the
+// vertices survive at worst (scores all equal): then it gives up before memory does, and the caller runs the layered
+// recurrence.
 
-#include "priced.hpp"
+#include "priced_path.hpp"
 
-#include "extend.hpp"
+#include "recurrence.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -28,7 +30,6 @@
 namespace retime {
 namespace {
 
-constexpr double kInf = std::numeric_limits<double>::infinity();
 // Frames that are asked for ahead of a sweep: it reads each score once, and would wait for memory.
 constexpr int64_t kAhead = 24;
 constexpr int64_t kLine = 64 / sizeof(double);
@@ -62,7 +63,7 @@ void count_steps(const PathProblem& p, const std::vector<double>& price, int64_t
     }
 }
 
-template <typename Lanes>
+template <typename Level>
 RETIME_INLINE void sweep_body(const PathProblem& p, const std::vector<double>& price, Sweep& out) {
     const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
     const size_t count = p.anchors.size() - 1;
@@ -79,7 +80,8 @@ RETIME_INLINE void sweep_body(const PathProblem& p, const std::vector<double>& p
             for (int64_t line = 0; line < s * s; line += kLine) prefetch(ahead + line);
             // The step that leaves an anchor belongs to the next span.
             const double charge = price[j == p.anchors[span + 1].frame ? span + 1 : span];
-            extend<Lanes>(s, out.leaving.data() + j * s, f, 1, std::min(s, j - from), charge, out.leaving.data() + j * s, out.won.data() + j * s);
+            extend<Level>(s, out.leaving.data() + j * s, f, 1, std::min(s, j - from), charge,
+                          out.leaving.data() + j * s, out.won.data() + j * s);
         }
     }
     out.priced = kInf;
@@ -91,7 +93,7 @@ RETIME_INLINE void sweep_body(const PathProblem& p, const std::vector<double>& p
     if (out.priced < kInf) count_steps(p, price, last, out);
 }
 
-RETIME_STEP_VERSIONS(void, sweep, (const PathProblem& p, const std::vector<double>& price, Sweep& out), (p, price, out))
+RETIME_VERSIONS(void, sweep, (const PathProblem& p, const std::vector<double>& price, Sweep& out), (p, price, out))
 
 // The search for one span's price: a price at which the best path has too many steps, and one at which it has too few.
 class Bracket {
@@ -103,7 +105,8 @@ class Bracket {
     bool expects() const { return stride_ > 0; }
 
     void add(int64_t steps, double spent, int64_t least, int64_t most) {
-        // Of the allowed counts, the one that this price likes best bounds all of them; no price likes all of them alike.
+        // Of the allowed counts, the one that this price likes best bounds all of them; no price likes all of them
+        // alike.
         target_ = price > 0 ? most : price < 0 ? least : std::clamp(steps, least, most);
         exact_ = steps == target_;
         here_ = spent + price * static_cast<double>(steps - target_);
@@ -138,20 +141,22 @@ class Bracket {
         const double old = price;
         if (!straddled()) {
             // Rather too far than not far enough: two sides are worth more than a near miss.
-            const double wanted = slope_ > 0 ? 1.3 * std::abs(static_cast<double>(last_steps_ - target_)) / slope_ : stride_;
+            const double wanted =
+                slope_ > 0 ? 1.3 * std::abs(static_cast<double>(last_steps_ - target_)) / slope_ : stride_;
             stride_ = std::clamp(wanted, 0.3 * stride_, 10.0 * stride_);
             price += many_.known ? stride_ : -stride_;
             stride_ *= 2.0;
             return price != old;
         }
-        // Counts fall smoothly with the price while they differ by many: from the nearer side go as far as they last fell, and a little
-        // beyond. Then it is a matter of single paths, and the price at which two of them cost the same is the next to try.
-        // Neighbouring spans shift what a span spends, so stay inside the bracket.
+        // Counts fall smoothly with the price while they differ by many: from the nearer side go as far as they last
+        // fell, and a little beyond. Then it is a matter of single paths, and the price at which two of them cost the
+        // same is the next to try. Neighbouring spans shift what a span spends, so stay inside the bracket.
         const double low = many_.price, high = few_.price;
         double wanted = meet_;
         if (apart_ > 12 && slow_ < 2 && slope_ > 0) {
             const int64_t above = many_.steps - target_, below = target_ - few_.steps;
-            wanted = above < below ? low + (1.15 * static_cast<double>(above) + 1) / slope_ : high - (1.15 * static_cast<double>(below) + 1) / slope_;
+            wanted = above < below ? low + (1.15 * static_cast<double>(above) + 1) / slope_
+                                   : high - (1.15 * static_cast<double>(below) + 1) / slope_;
         } else {
             slow_ = 0;
         }
@@ -173,10 +178,12 @@ class Bracket {
     double stride_ = 0.0, slope_ = 0.0, here_ = 0.0, meet_ = 0.0, ceiling_ = kInf, last_price_ = 0.0;
 };
 
-// A first price for a long span, from a few short pieces of it: they stay in the cache, and every sweep over all scores waits for memory.
+// A first price for a long span, from a few short pieces of it: they stay in the cache, and every sweep over all scores
+// waits for memory.
 void guess_price(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_steps, Bracket& out) {
     constexpr int64_t kPieces = 12, kLongest = 256;
-    const int64_t s = static_cast<int64_t>(p.max_skip), length = std::min({kLongest, to - from, std::max(4 * s, (to - from) / (6 * kPieces))});
+    const int64_t s = static_cast<int64_t>(p.max_skip),
+                  length = std::min({kLongest, to - from, std::max(4 * s, (to - from) / (6 * kPieces))});
     const std::vector<double> nothing(p.max_skip, 0.0);
     const std::vector<Anchor> ends{{0, 0}, {length, length}};
     const double share = static_cast<double>(wanted_steps) / static_cast<double>(to - from);
@@ -187,7 +194,13 @@ void guess_price(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_
         steps = frames = 0, spent = 0.0;
         for (int64_t piece = 0; piece < kPieces; ++piece) {
             const int64_t first = from + (to - from - length) * (2 * piece + 1) / (2 * kPieces);
-            const PathProblem part{p.scores + first * s * s, static_cast<size_t>(length + 1), p.max_skip, ends, length, nothing.data(), nothing.data()};
+            const PathProblem part{p.scores + first * s * s,
+                                   static_cast<size_t>(length + 1),
+                                   p.max_skip,
+                                   ends,
+                                   length,
+                                   nothing.data(),
+                                   nothing.data()};
             RETIME_CALL(sweep, part, {price}, sweep);
             // Forbidden triples may leave no way through a piece.
             if (sweep.priced < kInf) steps += sweep.steps[0], spent += sweep.spent[0], frames += length;
@@ -205,7 +218,8 @@ void guess_price(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_
     const int64_t before = steps;
     const double stride = 0.1 * std::abs(bracket.price);
     run(bracket.price + stride);
-    const double slope = static_cast<double>(before - steps) / stride * static_cast<double>(to - from) / static_cast<double>(std::max<int64_t>(1, frames));
+    const double slope = static_cast<double>(before - steps) / stride * static_cast<double>(to - from) /
+                         static_cast<double>(std::max<int64_t>(1, frames));
     out.price = bracket.price;
     out.expect(stride, slope > 0 && std::isfinite(slope) ? slope : 0.0);
 }
@@ -235,7 +249,8 @@ struct Corridor {
     size_t bytes() const { return vertices.size() * (sizeof(Vertex) + sizeof(int64_t)) + edges.size() * sizeof(Edge); }
 };
 
-void find_corridor(const PathProblem& p, const std::vector<double>& price, const Sweep& sweep, double ceiling, size_t max_bytes, Corridor& out) {
+void find_corridor(const PathProblem& p, const std::vector<double>& price, const Sweep& sweep, double ceiling,
+                   size_t max_bytes, Corridor& out) {
     const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
     out.vertices.clear(), out.edges.clear(), out.order.clear();
     out.complete = true, out.overflow = false;
@@ -251,7 +266,8 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
         const int64_t slot = (row - back + (row < back ? s + 1 : 0)) * s + step - 1;
         int64_t& place = met[slot];
         if (!place) {
-            out.vertices.push_back({go, frame, 0, 0, -1, 0, 0, static_cast<int32_t>(slot), static_cast<uint16_t>(step), 0});
+            out.vertices.push_back(
+                {go, frame, 0, 0, -1, 0, 0, static_cast<int32_t>(slot), static_cast<uint16_t>(step), 0});
             place = static_cast<int64_t>(out.vertices.size());
         }
         Corridor::Vertex& vertex = out.vertices[place - 1];
@@ -302,7 +318,8 @@ Reachable reachable(const PathProblem& p, size_t span, int64_t k) {
     const Anchor &from = p.anchors[span], &to = p.anchors[span + 1];
     const int64_t to_max = span + 2 == p.anchors.size() ? p.last_position_max : to.position;
     const int64_t s = static_cast<int64_t>(p.max_skip), behind = k - from.frame, ahead = to.frame - k;
-    return {std::max(from.position + (behind + s - 1) / s, to.position - ahead), std::min(from.position + behind, to_max - (ahead + s - 1) / s)};
+    return {std::max(from.position + (behind + s - 1) / s, to.position - ahead),
+            std::min(from.position + behind, to_max - (ahead + s - 1) / s)};
 }
 
 struct Pass {
@@ -311,14 +328,17 @@ struct Pass {
     Path path;
 };
 
-RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<double>& price, Corridor& corridor, double ceiling, size_t max_bytes) {
+template <typename Level>
+RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<double>& price, Corridor& corridor,
+                                     double ceiling, size_t max_bytes) {
     const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
     const size_t count = p.anchors.size() - 1;
     Pass pass;
     pass.complete = corridor.complete;
     std::vector<double> paid(count + 1, 0.0);
     for (size_t span = 0; span < count; ++span)
-        paid[span + 1] = paid[span] + price[span] * static_cast<double>(p.anchors[span + 1].position - p.anchors[span].position);
+        paid[span + 1] =
+            paid[span] + price[span] * static_cast<double>(p.anchors[span + 1].position - p.anchors[span].position);
 
     // Costs of the labels at (frame, step), one a position.
     std::vector<std::vector<double>> costs(static_cast<size_t>((s + 1) * s));
@@ -390,7 +410,8 @@ RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<dou
         }
         const auto dropped = [&](int64_t q) {
             const double value = cost[q - vertex.low + vertex.first];
-            const double all = value + (paid[span] + price[span] * static_cast<double>(q - p.anchors[span].position)) + vertex.go;
+            const double all =
+                value + (paid[span] + price[span] * static_cast<double>(q - p.anchors[span].position)) + vertex.go;
             if (all <= ceiling) return false;
             pass.complete = pass.complete && !(value < kInf);
             return true;
@@ -405,7 +426,8 @@ RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<dou
         for (int64_t q = vertex.low; q <= vertex.high; ++q) {
             const double whole = cost[q - vertex.low + vertex.first] + p.end_cost[vertex.step - 1];
             const bool tied = whole == total && end >= 0;
-            if (whole < total || (tied && (q < position || (q == position && vertex.step < corridor.vertices[end].step))))
+            if (whole < total ||
+                (tied && (q < position || (q == position && vertex.step < corridor.vertices[end].step))))
                 total = whole, end = id, position = q;
         }
     }
@@ -424,7 +446,8 @@ RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<dou
 }
 
 RETIME_VERSIONS(Pass, carry_labels,
-                (const PathProblem& p, const std::vector<double>& price, Corridor& corridor, double ceiling, size_t max_bytes),
+                (const PathProblem& p, const std::vector<double>& price, Corridor& corridor, double ceiling,
+                 size_t max_bytes),
                 (p, price, corridor, ceiling, max_bytes))
 
 // The sum of the sizes of all terms in a sweep's best path: rounding is a share of it.
@@ -471,14 +494,16 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
             // Of the allowed counts, the one that this price likes best bounds all of them.
             dual -= price[k] * static_cast<double>(price[k] > 0 ? most[k] : least[k]);
             if (!brackets[k].expects())
-                brackets[k].expect(std::max(std::abs(now.spent[k]) / static_cast<double>(std::max<int64_t>(1, now.steps[k])), 1e-300), 0.0);
+                brackets[k].expect(
+                    std::max(std::abs(now.spent[k]) / static_cast<double>(std::max<int64_t>(1, now.steps[k])), 1e-300),
+                    0.0);
             brackets[k].add(now.steps[k], now.spent[k], least[k], most[k]);
             loss += brackets[k].loss();
             exact = exact && brackets[k].exact();
             straddled = straddled && (brackets[k].exact() || brackets[k].straddled());
         }
-        // Where the last prices between straddling paths did not raise the bound, it is at its top, or so near that wider gaps cost
-        // less than more sweeps.
+        // Where the last prices between straddling paths did not raise the bound, it is at its top, or so near that
+        // wider gaps cost less than more sweeps.
         stalled = !straddled || dual > bound + 1e-9 * std::abs(bound) ? 0 : stalled + 1;
         if (dual > bound) {
             bound = dual, best_price = price;
@@ -495,21 +520,26 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
         if (!moved) break;
     }
     double owed = 0.0;
-    for (size_t k = 0; k < count; ++k) owed += best_price[k] * static_cast<double>(best_price[k] > 0 ? most[k] : least[k]);
+    for (size_t k = 0; k < count; ++k)
+        owed += best_price[k] * static_cast<double>(best_price[k] > 0 ? most[k] : least[k]);
     result.lower_bound = bound;
 
     // Rounding in sums of so many terms; also keeps every path that ties with the best.
     const double size = sum_of_sizes(p, best_price, best) + std::abs(owed);
     const double slack = 1e-15 * static_cast<double>(p.n_input + 64) * size + 1e-290;
-    // What the count costs beyond the bound is a share of one frame's score, and smaller the more frames there are to choose from.
-    // Each span adds its own.
-    double gap = static_cast<double>(2 * count - 1) * std::clamp(50.0 / n_frames, 0.004, 0.03) * std::abs(bound) / n_frames + 4 * slack;
+    // What the count costs beyond the bound is a share of one frame's score, and smaller the more frames there are to
+    // choose from. Each span adds its own.
+    double gap =
+        static_cast<double>(2 * count - 1) * std::clamp(50.0 / n_frames, 0.004, 0.03) * std::abs(bound) / n_frames +
+        4 * slack;
     Corridor corridor;
     for (;; gap *= 6) {
         ++result.passes;
         find_corridor(p, best_price, best, best.priced + gap, max_bytes, corridor);
         Pass pass;
-        if (!corridor.overflow) pass = RETIME_CALL(carry_labels, p, best_price, corridor, best.priced + gap, max_bytes - std::min(max_bytes, corridor.bytes()));
+        if (!corridor.overflow)
+            pass = RETIME_CALL(carry_labels, p, best_price, corridor, best.priced + gap,
+                               max_bytes - std::min(max_bytes, corridor.bytes()));
         result.labels = pass.labels;
         result.gave_up = corridor.overflow || pass.overflow;
         if (result.gave_up) return result;
@@ -545,7 +575,8 @@ Path free_path(const PathProblem& p) {
             for (int64_t a = 1; a <= farthest; ++a) {
                 const double total = leaving[(j - a) * s + a - 1] + p.end_cost[a - 1];
                 const int32_t taken = steps[(j - a) * s + a - 1];
-                if (total < path.total || (total == path.total && taken < n_steps)) path.total = total, n_steps = taken, b = a;
+                if (total < path.total || (total == path.total && taken < n_steps))
+                    path.total = total, n_steps = taken, b = a;
             }
             break;
         }

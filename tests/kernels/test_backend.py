@@ -1,0 +1,94 @@
+"""Which kernels are used, and what is said where those that were meant can't be had."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+# Stands for an installation: what it recorded, and whether the compiled module can be loaded.
+CHILD = """
+import importlib.abc, sys, types
+
+class Broken(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == "retime.kernels._kernels":
+            raise ImportError("DLL load failed while importing _kernels")
+        return None
+
+record = types.ModuleType("retime.kernels._built")
+record.KERNELS = sys.argv[1]
+sys.modules["retime.kernels._built"] = record
+sys.meta_path.insert(0, Broken())
+"""
+SOLVE = """
+import numpy as np
+from retime.warp.path import shortest_path
+print(shortest_path(np.ones((6, 2, 2)), n_output=4).frames.tolist())
+"""
+INFO = """
+from retime.cli.main import main
+main(["info", "--build", *sys.argv[2:]])
+"""
+
+
+def run(record: str, then: str, *arguments: str, backend: str = "") -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", CHILD + then, record, *arguments],
+        env=os.environ | {"RETIME_BACKEND": backend},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("record", "reason"),
+    [("built", "can't be loaded (DLL load failed while importing _kernels)"), ("failed", "install a C++20 compiler")],
+)
+def test_kernels_that_were_meant_and_can_not_be_had_are_missed_aloud(record: str, reason: str) -> None:
+    done = run(record, SOLVE)
+    assert done.stdout == "[0, 2, 4, 5]\n"
+    assert done.stderr.count("RetimeWarning") == 1
+    assert reason in done.stderr
+    assert "many times slower" in done.stderr
+
+
+@pytest.mark.parametrize("record", ["left out", "no CMake"])
+def test_kernels_that_nobody_asked_for_are_not_missed(record: str) -> None:
+    done = run(record, SOLVE)
+    assert (done.stdout, done.stderr) == ("[0, 2, 4, 5]\n", "")
+
+
+def test_whoever_chose_numpy_is_not_warned() -> None:
+    assert run("built", SOLVE, backend="numpy").stderr == ""
+
+
+def test_asking_for_the_compiled_kernels_by_name_says_why_there_are_none() -> None:
+    done = run("built", SOLVE, backend="compiled")
+    assert done.returncode
+    assert "OptionError: the compiled kernels can't be had: they were built, but can't be loaded" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("record", "reason"),
+    [
+        ("built", "can't be loaded (DLL load failed while importing _kernels)"),
+        ("failed", "could not be built when retime was installed"),
+        ("left out", "RETIME_WITHOUT_KERNELS"),
+        ("no CMake", "there was no CMake"),
+    ],
+)
+def test_info_says_why_nothing_is_compiled(record: str, reason: str) -> None:
+    done = run(record, INFO)
+    assert done.stderr == ""
+    row = next(line for line in done.stdout.splitlines() if line.startswith("kernels"))
+    assert "none compiled" in row
+    assert reason in row
+    document = json.loads(run(record, INFO, "--json").stdout)
+    assert (document["backend"], document["compiled_available"]) == ("numpy", False)
+    assert document["compiled_build"] == record
+    assert reason in document["why_not_compiled"]
