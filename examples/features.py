@@ -24,12 +24,31 @@ ROOT = Path(__file__).resolve().parents[1]
 MOCAP = ROOT.parent / "shared" / "mocap"
 CLIP = retime.sample()
 RATE = float(CLIP.rate)
+CYCLE, WALK = CLIP.frames(100, 200), CLIP.frames(60, 190)
 (FIRST_UP, FIRST_DOWN), (SECOND_UP, SECOND_DOWN) = [(a / RATE, b / RATE) for a, b in flights(CLIP)]
 
 
+def camera_path() -> retime.Signal:
+    """Make a camera path of eight seconds that waits, pans, and waits."""
+    t = np.arange(240) / 30
+    pan = 90 / (1 + np.exp(-6 * (t - 4)))
+    path = np.stack([pan, 2 + 0.05 * np.sin(0.7 * t), 0.3 * t], axis=1)
+    return retime.Signal(("yaw", "height", "dolly"), path, Fraction(30), name="camera")
+
+
+def pan_of_the_clip() -> retime.Signal:
+    """Make a camera's pan that goes with the clip: it turns while the figure stands still."""
+    yaw = 90 / (1 + np.exp(-6 * (np.arange(CLIP.n_frames) / RATE - PANS_AT)))
+    return retime.Signal(("yaw",), yaw[:, None], Fraction(CLIP.rate), name="camera")
+
+
+PANS_AT = 4.5
+CAMERA, PAN = camera_path(), pan_of_the_clip()
+
+
 def hold() -> dict[str, retime.Warp]:
-    """Hold the top of the first jump for half a second."""
-    top = (FIRST_UP + FIRST_DOWN) / 2
+    """Hold the top of the second jump for half a second."""
+    top = (SECOND_UP + SECOND_DOWN) / 2
     result = retime.guided_warp(CLIP, keys=[(top, top), (top, top + 0.5)])
     shown = result.warp(np.linspace(top, top + 0.5, 11))
     assert np.allclose(shown, top)
@@ -45,18 +64,18 @@ def backward() -> dict[str, retime.Warp]:
 
 
 def locked_jump() -> dict[str, retime.Warp]:
-    """Lock the first jump to half speed; all else as it likes."""
-    lock = retime.Lock(FIRST_UP, FIRST_DOWN, 0.5, 0.5)
+    """Lock the second jump to half speed; all else as it likes."""
+    lock = retime.Lock(SECOND_UP, SECOND_DOWN, 0.5, 0.5)
     free = retime.guided_warp(CLIP, length="80%")
     result = retime.guided_warp(CLIP, length="80%", locks=[lock])
-    inside = (result.steps.input_times[:-1] >= FIRST_UP + 0.05) & (result.steps.input_times[1:] <= FIRST_DOWN - 0.05)
+    inside = (result.steps.input_times[:-1] >= SECOND_UP + 0.05) & (result.steps.input_times[1:] <= SECOND_DOWN - 0.05)
     assert np.allclose(result.steps.slopes[inside], 0.5)
     return {"guided": free.warp, "jump locked to 1/2": result.warp}
 
 
 def tangent() -> dict[str, retime.Warp]:
-    """Pass a keytime at twice the speed, and another at half."""
-    keys = [(3.0, 2.0, 2.0), (9.0, 6.5, 0.5)]
+    """Crouch at twice the speed, and land at half."""
+    keys = [(SECOND_UP - 0.6, 7.0, 2.0), (SECOND_DOWN + 0.2, 8.2, 0.5)]
     result = retime.guided_warp(CLIP, length="75%", keys=keys, smoothness=0.3)
     for _, out, speed in keys:
         assert np.allclose(result.warp.speed([out - 1e-3, out + 1e-3]), speed)
@@ -72,12 +91,12 @@ def spline(result: retime.GuidedWarp) -> retime.Warp:
 
 def blend() -> dict[str, retime.Warp]:
     """Mix the guided warp and the spline, through the same keytimes."""
-    keys = [(FIRST_UP, 3.5)]
+    keys = [(SECOND_UP, 6.5)]
     mixed = {
         f"influence {name}": retime.guided_warp(CLIP, length="65%", keys=keys, influence=share).warp
         for name, share in (("0", 0.0), ("1/2", 0.5), ("1", 1.0))
     }
-    assert all(abs(float(warp(3.5)) - FIRST_UP) < 1e-9 and warp.monotone for warp in mixed.values())
+    assert all(abs(float(warp(6.5)) - SECOND_UP) < 1e-9 and warp.monotone for warp in mixed.values())
     return mixed
 
 
@@ -118,15 +137,11 @@ def limits() -> dict[str, retime.Warp]:
 
 def camera() -> dict[str, retime.Warp]:
     """Retime a camera path that waits, pans, and waits: the pan keeps its pace."""
-    t = np.arange(240) / 30
-    pan = 90 / (1 + np.exp(-6 * (t - 4)))
-    path = np.stack([pan, 2 + 0.05 * np.sin(0.7 * t), 0.3 * t], axis=1)
-    camera_path = retime.Signal(("yaw", "height", "dolly"), path, Fraction(30), name="camera")
-    result = retime.guided_warp(camera_path, length="60%")
-    moved = retime.apply_warp(camera_path, result.warp)
+    result = retime.guided_warp(CAMERA, length="60%")
+    moved = retime.apply_warp(CAMERA, result.warp)
     assert moved.n_frames == 144
-    assert moved.names == camera_path.names
-    return {"linear": retime.linear_warp(as_keytimes(camera_path, "60%", ())), "guided": result.warp}
+    assert moved.names == CAMERA.names
+    return {"linear": retime.linear_warp(as_keytimes(CAMERA, "60%", ())), "guided": result.warp}
 
 
 def another_skeleton() -> dict[str, retime.Warp] | None:
@@ -143,24 +158,23 @@ def another_skeleton() -> dict[str, retime.Warp] | None:
 
 
 def propagate() -> dict[str, retime.Warp]:
-    """Slow the second jump to half by hand; the rest of the clip follows."""
-    start, stop = round((SECOND_UP - 0.25) * RATE), round((SECOND_UP + 0.75) * RATE) + 1
+    """Slow the first jump to half by hand; the second one follows."""
+    start, stop = round((FIRST_UP - 0.25) * RATE), round((FIRST_UP + 0.75) * RATE) + 1
     hand = retime.Warp(np.array([0.0, 2.0]), np.array([0.0, 1.0]))
     result = retime.imitate(CLIP, (start, stop), hand)
     by_hand = retime.Warp(
         [0.0, start / RATE, start / RATE + 2, CLIP.end_time + 1], [0.0, start / RATE, start / RATE + 1, CLIP.end_time]
     )
-    # The first jump, which nobody touched, is slowed too.
-    assert float(np.median(result.warp.inverse().speed(np.linspace(FIRST_UP, FIRST_DOWN, 20)))) > 1.5
+    # The second jump, which nobody touched, is slowed too.
+    assert float(np.median(result.warp.inverse().speed(np.linspace(SECOND_UP, SECOND_DOWN, 20)))) > 1.5
     return {"by hand": by_hand, "the rest follows": result.warp}
 
 
 def loop() -> dict[str, retime.Warp]:
     """Keep a cycle a cycle: first and last speed agree."""
-    cycle = CLIP.frames(100, 200)
-    closed = retime.guided_warp(cycle, length="80%", loop=True).warp
+    closed = retime.guided_warp(CYCLE, length="80%", loop=True).warp
     assert np.isclose(closed.slopes[0], closed.slopes[-1])
-    return {"as a clip": retime.guided_warp(cycle, length="80%").warp, "as a loop": closed}
+    return {"as a clip": retime.guided_warp(CYCLE, length="80%").warp, "as a loop": closed}
 
 
 def weights() -> dict[str, retime.Warp]:
@@ -187,9 +201,8 @@ def mirror() -> dict[str, retime.Warp]:
     left, right = (1.35, 1.93), (1.93, 2.5)
     step = CLIP.frames(round(left[0] * RATE), round(left[1] * RATE) + 1)
     slow = retime.apply_warp(step, retime.Warp([0.0, 2 * step.end_time], [0.0, step.end_time]), average=False)
-    walk = CLIP.frames(60, 190)
     found = {
-        name: retime.guided_warp(walk, reference=retime.Reference(slow, mirror=mirrored), length="free").warp
+        name: retime.guided_warp(WALK, reference=retime.Reference(slow, mirror=mirrored), length="free").warp
         for name, mirrored in (("as it is", False), ("mirrored too", True))
     }
 
@@ -219,16 +232,15 @@ def joints() -> dict[str, retime.Warp]:
 
 def group() -> dict[str, retime.Warp]:
     """Spare a camera's pan while the figure stands still: find the warp on both."""
-    at, t = 4.5, np.arange(CLIP.n_frames) / RATE
-    pan = retime.Signal(("yaw",), 90 / (1 + np.exp(-6 * (t - at)))[:, None], Fraction(CLIP.rate), name="camera")
     alone = retime.guided_warp(CLIP, length="65%").warp
     # The pan counts in standard deviations and the figure in centimetres: a weight makes them comparable.
     counts = [retime.PoseOptions(), retime.PoseOptions(weights={"yaw": 200})]
-    both = retime.guided_warp([CLIP, pan], length="65%", features=counts).warp
-    moved = [retime.apply_warp(clip, both) for clip in (CLIP, pan)]
+    both = retime.guided_warp([CLIP, PAN], length="65%", features=counts).warp
+    moved = [retime.apply_warp(clip, both) for clip in (CLIP, PAN)]
     assert moved[0].n_frames == moved[1].n_frames
     rates = [
-        float(np.median(warp.speed(warp.inverse()(np.linspace(at - 0.3, at + 0.3, 21))))) for warp in (alone, both)
+        float(np.median(warp.speed(warp.inverse()(np.linspace(PANS_AT - 0.3, PANS_AT + 0.3, 21)))))
+        for warp in (alone, both)
     ]
     assert rates[1] < rates[0] / 2
     return {"figure alone": alone, "both": both}
@@ -260,7 +272,9 @@ def explain(path: Path) -> None:
     result = retime.guided_warp(CLIP, length="65%", keys=keys, locks=locks)
     why = result.explain()
     assert {"key", "lock", "fastest"} <= {word for words in why.binding for word in words.split("+")}
-    retime.plot_warps({"guided": result.warp}, path=path, title=title(explain), explanation=why, overwrite=True)
+    retime.plot_warps(
+        {"guided": result.warp}, motion=CLIP, path=path, title=title(explain), explanation=why, overwrite=True
+    )
 
 
 def feet(path: Path) -> None:
@@ -302,26 +316,28 @@ def title(feature: Callable[..., object]) -> str:
 
 # Those that draw their own picture.
 DRAWN: dict[str, Callable[[Path], None]] = {"explain": explain, "feet": feet}
-FEATURES: dict[str, Callable[[], dict[str, retime.Warp] | None]] = {
-    "keytimes": many_keys,
-    "hold": hold,
-    "backward": backward,
-    "lock": locked_jump,
-    "tangent": tangent,
-    "smoothness": smooth,
-    "limits": limits,
-    "blend": blend,
-    "free": free_length,
-    "imitate": propagate,
-    "loop": loop,
-    "skeleton": another_skeleton,
-    "camera": camera,
-    "weights": weights,
-    "mirror": mirror,
-    "joints": joints,
-    "group": group,
-    "score": scores,
-    "heuristic": heuristic,
+# What each is shown on, beside the curves: the sample's poses; of a signal, its values. None: curves alone.
+FEATURES: dict[str, tuple[Callable[[], dict[str, retime.Warp] | None], retime.Motion | retime.Signal | None]] = {
+    "keytimes": (many_keys, CLIP),
+    "hold": (hold, CLIP),
+    "backward": (backward, CLIP),
+    "lock": (locked_jump, CLIP),
+    "tangent": (tangent, CLIP),
+    "smoothness": (smooth, CLIP),
+    "limits": (limits, CLIP),
+    "blend": (blend, CLIP),
+    "free": (free_length, CLIP),
+    "imitate": (propagate, CLIP),
+    "loop": (loop, CYCLE),
+    # Its clip is a capture, which is not this repository's to show.
+    "skeleton": (another_skeleton, None),
+    "camera": (camera, CAMERA),
+    "weights": (weights, CLIP),
+    "mirror": (mirror, WALK),
+    "joints": (joints, CLIP),
+    "group": (group, PAN),
+    "score": (scores, CLIP),
+    "heuristic": (heuristic, CLIP),
 }
 
 
@@ -329,13 +345,13 @@ def main() -> None:
     """Draw all of them."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images" / "guide"
     folder.mkdir(parents=True, exist_ok=True)
-    for name, feature in FEATURES.items():
+    for name, (feature, motion) in FEATURES.items():
         warps = feature()
         summary = title(feature)
         if warps is None:
             print(f"{name}: left as it is (no captures at hand)")
             continue
-        retime.plot_warps(warps, path=folder / f"{name}.svg", title=summary, overwrite=True)
+        retime.plot_warps(warps, motion=motion, path=folder / f"{name}.svg", title=summary, overwrite=True)
         print(f"{name}: {summary}")
     for name, draw in DRAWN.items():
         draw(folder / f"{name}.svg")
