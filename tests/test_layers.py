@@ -40,7 +40,7 @@ MAY_IMPORT = {
     "__main__": {"cli"},
     "server": {"motion", "warp", "formats", "media", "evaluate", "project"},
     # The editor in a notebook: the server's messages and session, by another way.
-    "notebook": {"warp", "project", "server"},
+    "notebook": {"motion", "warp", "project", "server"},
     "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
 }
 

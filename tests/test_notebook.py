@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from retime import guided_warp, read, write
-from retime.errors import MissingPageError, OptionError
+from retime import Signal, Warp, guided_warp, read, write
+from retime.errors import MissingPageError, OptionError, RetimeError
 from retime.server.messages import VERSION
 from tests.cli.figures import figure
 
@@ -122,5 +123,79 @@ def test_what_can_not_be_edited_is_refused(clip, tmp_path, monkeypatch) -> None:
         (notebook.PAGE / "widget.js").unlink()
         with pytest.raises(MissingPageError, match="make page"):
             notebook.edit(clip)
+
+    in_a_notebook(check)
+
+
+def test_ready_waits_for_the_warp_without_a_view(clip) -> None:
+    async def check() -> None:
+        widget = notebook.edit(clip)
+        assert widget.warp is None
+        warp = await asyncio.wait_for(widget.ready(), 30)
+        assert widget.warp is warp
+        assert warp.input_times[-1] == read(clip).end_time
+        assert "jump.bvh" in repr(widget)
+        assert await widget.ready() is warp
+
+    in_a_notebook(check)
+
+
+def test_ready_waits_for_the_document_as_it_is_now(clip, monkeypatch) -> None:
+    async def check() -> None:
+        widget = notebook.edit(clip)
+        cell = Cell(widget, monkeypatch)
+        cell.say("hello", version=VERSION)
+        document = (await cell.until("state"))["document"]
+        await widget.ready()
+        for revision, length in ((2, "90%"), (3, "75%")):
+            edited = {**document, "length": length}
+            cell.say("edit", revision=revision, gesture="", done=True, label="set length", document=edited)
+        expected = guided_warp(read(clip), length="75%").warp.input_times
+        np.testing.assert_array_equal((await widget.ready()).input_times, expected)
+        cell.say("edit", revision=4, gesture="", done=True, label="set length", document={**document, "length": "1f"})
+        with pytest.raises(RetimeError, match="a length of 1f is 1 frame"):
+            await asyncio.wait_for(widget.ready(), 30)
+
+    in_a_notebook(check)
+
+
+def test_a_motion_is_edited_as_its_file_is(clip, tmp_path) -> None:
+    async def check() -> None:
+        motion = read(clip)
+        widget = notebook.edit(motion, reference=motion.frames(0, 120))
+        warp = await widget.ready()
+        assert warp == replace(guided_warp(motion, reference=motion.frames(0, 120)).warp, name=warp.name)
+        (file,) = widget.document.clips
+        assert file.path.startswith(str(tmp_path / "state" / "notebook"))
+        # Run again: the same clip is the same document.
+        assert notebook.edit(read(clip), reference=[motion.frames(0, 120)]).document is widget.document
+        # Another is another.
+        assert notebook.edit(motion.frames(0, 200)).document.clips[0].path != file.path
+
+    in_a_notebook(check)
+
+
+def test_clips_that_are_no_files_keep_what_they_are(clip, tmp_path) -> None:
+    async def check() -> None:
+        motion = replace(read(clip), up="z", name="../über all/ .bvh")
+        signal = Signal(("pan", "tilt"), np.random.default_rng(0).normal(size=(241, 2)), motion.rate, name="")
+        widget = notebook.edit(motion, signal)
+        await widget.ready()
+        first, second = widget.document.clips
+        assert (first.up, second.role) == ("z", "follow")
+        assert Path(first.path).parent.parent == tmp_path / "state" / "notebook"
+        found = read(first.path, up="z")
+        np.testing.assert_allclose(found.positions, motion.positions, atol=1e-5)
+        again = read(second.path)
+        assert np.array_equal(again.values, signal.values)
+        assert (again.names, again.rate) == (signal.names, signal.rate)
+
+    in_a_notebook(check)
+
+
+def test_what_is_no_clip_is_refused(clip) -> None:
+    async def check() -> None:
+        with pytest.raises(OptionError, match="a path, a motion or a signal; found a Warp"):
+            notebook.edit(Warp([0, 1], [0, 1]))
 
     in_a_notebook(check)

@@ -8,12 +8,17 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from retime.brief import kind_of
 from retime.errors import FormatError, MissingExtraError, MissingPageError, OptionError
-from retime.project.document import Document
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.project.document import ClipFile, Document, ReferenceFile
+from retime.project.held import file_of
 from retime.project.places import Places
 from retime.project.work import new_document, open_document, open_project, state_folder
 from retime.server import PAGE, messages, no_page
@@ -28,6 +33,8 @@ except ImportError as error:
     raise MissingExtraError("the editor in a notebook", package=error.name or "anywidget", extra="notebook") from error
 
 AnyPath = str | PathLike[str]
+Clip = Motion | Signal
+AnyFile = TypeVar("AnyFile", ClipFile, ReferenceFile)
 
 # A cell that is run again shows what it showed before: a document is open once in this process.
 _sessions: dict[tuple[asyncio.AbstractEventLoop, Document | Path], EditorSession] = {}
@@ -71,6 +78,27 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
         """The warp of the last document that could be solved; None before there is one."""
         return self._session.warp
 
+    async def ready(self) -> Warp:
+        """Wait for the warp of the document as it is now: ``warp = await widget.ready()``.
+
+        With "Run all" the next cell runs before the search has ended; this waits, whether a view is shown or not.
+
+        Returns
+        -------
+        Warp
+            Also in `warp` from then on.
+
+        Raises
+        ------
+        RetimeError, OSError
+            The document can't be solved; says why.
+        """
+        return await self._session.solved()
+
+    def __repr__(self) -> str:
+        names = ", ".join(Path(clip.path).name for clip in self.document.clips)
+        return f"EditorWidget({names}, warp={self.warp!r})"
+
     def close(self) -> None:
         """Close the view; the document stays open for the next."""
         self._session.leave(self._page)
@@ -106,15 +134,19 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
 
 
 def edit(
-    *clips: AnyPath, reference: AnyPath | Sequence[AnyPath] = (), project: AnyPath | None = None, height: int = 720
+    *clips: AnyPath | Clip,
+    reference: AnyPath | Clip | Sequence[AnyPath | Clip] = (),
+    project: AnyPath | None = None,
+    height: int = 720,
 ) -> EditorWidget:
     """Edit the timing of a clip in the notebook.
 
     Parameters
     ----------
-    *clips : path-like
-        The clip, and others that get its warp.
-    reference : path-like, or sequence of them
+    *clips : path-like, Motion or Signal
+        The clip, and others that get its warp. What is no file yet is written to one (`retime.project.held`), so that
+        the same clip, passed again, is found as it was left.
+    reference : path-like, Motion or Signal, or sequence of them
         Clips whose timing is imitated.
     project : path-like, optional
         A project file: opened, or begun with the clips where there is none.
@@ -124,7 +156,7 @@ def edit(
     Returns
     -------
     EditorWidget
-        Its ``warp`` is the warp as it is now.
+        Its ``warp`` is the warp as it is now; ``await widget.ready()`` waits for it.
 
     Raises
     ------
@@ -142,10 +174,18 @@ def edit(
         loop = asyncio.get_running_loop()
     except RuntimeError:
         raise OptionError("the editor's widget needs a notebook; elsewhere use retime edit") from None
-    references = [reference] if isinstance(reference, str | PathLike) else list(reference)
+    several = [reference] if isinstance(reference, str | PathLike | Motion | Signal) else list(reference)
     if not clips and project is None:
         raise OptionError("name a clip to edit, or a project")
-    document = new_document([str(clip) for clip in clips], [str(path) for path in references]) if clips else None
+    files, references = [_path_of(clip) for clip in clips], [_path_of(clip) for clip in several]
+    document = new_document(list(map(str, files)), list(map(str, references))) if clips else None
+    if document is not None:
+        # Of a clip that is held, what its file does not say.
+        document = replace(
+            document,
+            clips=tuple(_as_up(file, clip) for file, clip in zip(document.clips, clips, strict=True)),
+            references=tuple(_as_up(file, clip) for file, clip in zip(document.references, several, strict=True)),
+        )
     place = None if project is None else Path(project).resolve()
     key = loop, place or document
     assert key[1] is not None
@@ -153,7 +193,7 @@ def edit(
     if session is None:
         if place is not None and place.exists() and document is not None:
             raise OptionError(f"{place} is there already, with clips of its own: open it without naming others")
-        named = [Path(path) for path in (*clips, *references, *([] if place is None else [place]))]
+        named = [*files, *references, *([] if place is None else [place])]
         places = Places([Path.cwd(), *(path.resolve().parent for path in named)], named)
         if place is not None:
             work = open_project(place, document)
@@ -162,6 +202,18 @@ def edit(
             work = open_document(document)
         session = _sessions[loop, key[1]] = EditorSession(work, places, state_folder())
     return EditorWidget(session, height=height)
+
+
+def _path_of(clip: AnyPath | Clip) -> Path:
+    if isinstance(clip, Motion | Signal):
+        return file_of(clip, state_folder() / "notebook")
+    if isinstance(clip, str | PathLike):
+        return Path(clip)
+    raise OptionError(f"expected edit(clip) with a path, a motion or a signal; found {kind_of(clip)}")
+
+
+def _as_up(file: AnyFile, clip: object) -> AnyFile:
+    return replace(file, up=clip.up) if isinstance(clip, Motion) and clip.up != "y" else file
 
 
 async def close_all() -> None:

@@ -116,6 +116,10 @@ class EditorSession:
         self._first = 1
         self._opened = 0
         self._good: tuple[int, Solution] | None = None
+        # Why a revision could not be solved; a search that has ended solves none any more.
+        self._bad: tuple[int, Exception] | None = None
+        self._dead: BaseException | None = None
+        self._answered = asyncio.Event()
         self._shown: tuple[int, Sources] | None = None
         self._opening = False
         # What is on the disk.
@@ -151,6 +155,18 @@ class EditorSession:
     def warp(self) -> Warp | None:
         """The warp of the last document that could be solved."""
         return None if self._good is None else self._good[1].warp
+
+    async def solved(self) -> Warp:
+        """Wait until the document as it is now is solved, and return its warp; raise what it can't be solved for."""
+        while True:
+            self._answered.clear()
+            if self._good is not None and self._good[0] == self._revision:
+                return self._good[1].warp
+            if self._bad is not None and self._bad[0] == self._revision:
+                raise self._bad[1]
+            if self._dead is not None:
+                raise RuntimeError("a fault in retime ended the search") from self._dead
+            await self._answered.wait()
 
     # Pages.
 
@@ -488,6 +504,7 @@ class EditorSession:
         except (RetimeError, OSError, MemoryError) as error:
             last = self._good
             fault = fault_of(error, job.document, None if last is None else last[1].document)
+            self._bad = job.revision, error
             problem = messages.Problem(job.revision, words_of(error), **dataclasses.asdict(fault))
             self._publish(job, {"problem": problem})
             return
@@ -498,7 +515,9 @@ class EditorSession:
 
     def _solver_died(self, error: BaseException) -> None:
         words = f"a fault in retime ended the search ({error!r}): save, and start the editor again"
+        self._dead = error
         with contextlib.suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._answered.set)
             self._loop.call_soon_threadsafe(self._tell, messages.Notice("error", words))
 
     def _writer_ended(self, writer: asyncio.Task[None]) -> None:
@@ -524,6 +543,7 @@ class EditorSession:
         ready = {name: (message, write_message(message)) for name, message in found.items()}
 
         def publish() -> None:
+            self._answered.set()
             if job.first != self._first:
                 # Of a document that is not open any more.
                 return

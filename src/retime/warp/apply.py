@@ -486,8 +486,8 @@ class SlipReport:
 
     def __repr__(self) -> str:
         means = ", ".join(f"{name} {each.mean:.1f}" for name, each in self._measured())
-        about = "about " * self.input.size_guessed
-        return f"SlipReport(mean {about}mm in {len(self.input.contacts)} contacts: {means})"
+        guessed = ", the figure's size guessed" * self.input.size_guessed
+        return f"SlipReport({len(self.input.contacts)} contacts, mean slip in mm{guessed}: {means})"
 
     def _repr_html_(self) -> str:
         from retime.warp.report_picture import slip_html
