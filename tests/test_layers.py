@@ -39,7 +39,7 @@ MAY_IMPORT = {
     # python -m retime
     "__main__": {"cli"},
     "server": {"motion", "warp", "formats", "media", "evaluate", "project"},
-    # The editor in a notebook: the server's messages and session, by another way.
+    # The editor in a notebook: the server's messages and document, by another way.
     "notebook": {"motion", "warp", "project", "server"},
     "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
 }

@@ -23,7 +23,8 @@ from retime.project.places import Places
 from retime.project.work import new_document, open_document, open_project, state_folder
 from retime.server import PAGE, messages, no_page
 from retime.server.messages import read_message, write_message
-from retime.server.session import EditorSession, Outbox, welcome
+from retime.server.outbox import Outbox
+from retime.server.shared_document import SharedDocument, welcome
 from retime.warp.curve import Warp
 
 try:
@@ -37,7 +38,7 @@ Clip = Motion | Signal
 AnyFile = TypeVar("AnyFile", ClipFile, ReferenceFile)
 
 # A cell that is run again shows what it showed before: a document is open once in this process.
-_sessions: dict[tuple[asyncio.AbstractEventLoop, Document | Path], EditorSession] = {}
+_open_documents: dict[tuple[asyncio.AbstractEventLoop, Document | Path], SharedDocument] = {}
 
 
 class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
@@ -53,8 +54,8 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
 
     height = traitlets.Int(720).tag(sync=True)
 
-    def __init__(self, session: EditorSession, *, height: int = 720) -> None:
-        self._session = session
+    def __init__(self, shared: SharedDocument, *, height: int = 720) -> None:
+        self._shared = shared
         self._page = Outbox()
         self._sender: asyncio.Task[None] | None = None
         super().__init__(height=height)
@@ -71,12 +72,12 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
     @property
     def document(self) -> Document:
         """The document as it is now."""
-        return self._session.document
+        return self._shared.document
 
     @property
     def warp(self) -> Warp | None:
         """The warp of the last document that could be solved; None before there is one."""
-        return self._session.warp
+        return self._shared.warp
 
     async def ready(self) -> Warp:
         """Wait for the warp of the document as it is now: ``warp = await widget.ready()``.
@@ -93,7 +94,7 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
         RetimeError, OSError
             The document can't be solved; says why.
         """
-        return await self._session.solved()
+        return await self._shared.solved()
 
     def __repr__(self) -> str:
         names = ", ".join(Path(clip.path).name for clip in self.document.clips)
@@ -101,7 +102,7 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
 
     def close(self) -> None:
         """Close the view; the document stays open for the next."""
-        self._session.leave(self._page)
+        self._shared.leave(self._page)
         if self._sender is not None:
             self._sender.cancel()
         super().close()
@@ -111,16 +112,16 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
         try:
             message = read_message(json.dumps(content))
         except FormatError as error:
-            self._session.refuse(self._page, error)
+            self._shared.refuse(self._page, error)
             return
         if not isinstance(message, messages.Hello):
-            self._session.handle(self._page, message)
+            self._shared.handle(self._page, message)
             return
         self.send(json.loads(write_message(welcome())))
         if message.version == messages.VERSION:
             # A second view of the same widget says hello too.
-            self._session.leave(self._page)
-            self._session.join(self._page)
+            self._shared.leave(self._page)
+            self._shared.join(self._page)
             if self._sender is None:
                 self._sender = asyncio.get_running_loop().create_task(self._send_all())
 
@@ -189,8 +190,8 @@ def edit(
     place = None if project is None else Path(project).resolve()
     key = loop, place or document
     assert key[1] is not None
-    session = _sessions.get((loop, key[1]))
-    if session is None:
+    shared = _open_documents.get((loop, key[1]))
+    if shared is None:
         if place is not None and place.exists() and document is not None:
             raise OptionError(f"{place} is there already, with clips of its own: open it without naming others")
         named = [*files, *references, *([] if place is None else [place])]
@@ -200,8 +201,8 @@ def edit(
         else:
             assert document is not None
             work = open_document(document)
-        session = _sessions[loop, key[1]] = EditorSession(work, places, state_folder())
-    return EditorWidget(session, height=height)
+        shared = _open_documents[loop, key[1]] = SharedDocument(work, places, state_folder())
+    return EditorWidget(shared, height=height)
 
 
 def _path_of(clip: AnyPath | Clip) -> Path:
@@ -218,6 +219,6 @@ def _as_up(file: AnyFile, clip: object) -> AnyFile:
 
 async def close_all() -> None:
     """Close all documents; what was not saved is there again when they are opened next."""
-    while _sessions:
-        _, session = _sessions.popitem()
-        await session.close()
+    while _open_documents:
+        _, shared = _open_documents.popitem()
+        await shared.close()

@@ -21,6 +21,8 @@ from retime.server.messages import VERSION
 from tests.cli.figures import curve, figure
 from tests.server.frames import read
 
+KEY = {"id": "k", "input_time": 2.0, "output_time": 1.5, "speed": None}
+
 
 @dataclass(frozen=True)
 class Answer:

@@ -26,14 +26,15 @@ from retime.project.work import Work
 from retime.server import PAGE, messages, no_page
 from retime.server.guard import BodyTooLarge, Guard
 from retime.server.messages import read_message, write_message
-from retime.server.session import EditorSession, Outbox, welcome
+from retime.server.outbox import Outbox
+from retime.server.shared_document import SharedDocument, welcome
 
 # Of one message of the page's: a document is a few thousand bytes.
 MAX_MESSAGE = 4 << 20
 
 
 class Editor:
-    """The application and its session.
+    """The application, and the document that it serves.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ class Editor:
 
     def __init__(self, work: Work, places: Places, state: Path, *, page: Path = PAGE) -> None:
         self._work, self._places, self._state = work, places, state
-        self._session: EditorSession | None = None
+        self._shared: SharedDocument | None = None
         # Files that are dropped keep their names, and an AMC finds its ASF: one folder for all of this run.
         self._drops = state / "dropped" / secrets.token_hex(8)
         routes: list[BaseRoute] = [
@@ -66,10 +67,10 @@ class Editor:
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
-        session = self._session = EditorSession(self._work, self._places, self._state)
+        shared = self._shared = SharedDocument(self._work, self._places, self._state)
         yield
-        await session.close()
-        used = session.files()
+        await shared.close()
+        used = shared.files()
         if self._drops.is_dir() and not any(Path(path).is_relative_to(self._drops) for path in used):
             shutil.rmtree(self._drops)
 
@@ -81,13 +82,13 @@ class Editor:
 
     async def _drop(self, request: Request) -> Response:
         """Keep a file that was dropped on the page, and answer with its path."""
-        assert self._session is not None
+        assert self._shared is not None
         name = request.query_params.get("name", "")
         if not name.isprintable() or not _PLAIN_NAME.fullmatch(name):
             return PlainTextResponse("a dropped file needs a plain name", 400)
         try:
             data = await request.body()
-            place = await asyncio.to_thread(self._session.drop, name, data, self._drops)
+            place = await asyncio.to_thread(self._shared.drop, name, data, self._drops)
         except BodyTooLarge as error:
             return PlainTextResponse(str(error), 413)
         except FormatError as error:
@@ -97,29 +98,29 @@ class Editor:
         return JSONResponse({"path": str(place)})
 
     async def _socket(self, socket: WebSocket) -> None:
-        session = self._session
-        assert session is not None
+        shared = self._shared
+        assert shared is not None
         await socket.accept()
         page = Outbox()
         sender: asyncio.Task[None] | None = None
         try:
             if not await _greeted(socket):
                 return
-            session.join(page)
+            shared.join(page)
             sender = asyncio.create_task(_send_all(socket, page))
             while True:
                 text = await socket.receive_text()
                 try:
                     message = read_message(text)
                 except FormatError as error:
-                    session.refuse(page, error)
+                    shared.refuse(page, error)
                 else:
-                    session.handle(page, message)
+                    shared.handle(page, message)
         except (WebSocketDisconnect, KeyError):
             # A KeyError is a binary message; pages send none.
             pass
         finally:
-            session.leave(page)
+            shared.leave(page)
             if sender is not None:
                 sender.cancel()
 

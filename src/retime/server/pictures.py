@@ -9,7 +9,8 @@ from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import flights, global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.project.solve import Solution, Sources, ghosts
+from retime.project.reader import Sources
+from retime.project.solve import Solution, ghosts
 from retime.server.messages import BINDINGS, Clip, Curve, Kept, Why
 from retime.warp.curve import Warp, output_frame_times
 from retime.warp.reference import Reference

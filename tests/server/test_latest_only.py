@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from retime.server.solver import LatestOnly
+from retime.server.latest_only import LatestOnly
 
 
 class Work:

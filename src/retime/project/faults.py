@@ -1,0 +1,124 @@
+"""What of a document is at fault where it can't be solved: the page says so beside the very keytime, clip or field."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Any
+
+from retime.errors import InfeasibleWarpError, OptionError, RetimeError
+from retime.project.document import Document
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What of a document is at fault.
+
+    Attributes
+    ----------
+    key, lock : str, optional
+        The id of a keytime, of a lock.
+    clip, reference : int, optional
+        The place of a clip, of a reference, counted from 0.
+    field : str, optional
+        The name of a value: ``length``, ``options.rate``.
+    """
+
+    key: str | None = None
+    lock: str | None = None
+    clip: int | None = None
+    reference: int | None = None
+    field: str | None = None
+
+
+class FaultyError(RetimeError):
+    """Something in a document can't be used.
+
+    Parameters
+    ----------
+    error : Exception
+        Why; its words are this one's.
+    fault : Fault
+        What.
+    """
+
+    def __init__(self, error: Exception, fault: Fault) -> None:
+        self.fault = fault
+        super().__init__(words_of(error))
+
+
+def words_of(error: Exception) -> str:
+    """Say what went wrong, as the command line does."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error) or type(error).__name__
+
+
+@contextlib.contextmanager
+def blaming(fault: Fault) -> Iterator[None]:
+    """Say of whatever fails inside that this was at fault."""
+    try:
+        yield
+    except FaultyError:
+        raise
+    except (RetimeError, OSError) as error:
+        raise FaultyError(error, fault) from error
+
+
+def value_of(document: Document, name: str) -> Any:
+    """Return a value of a document by its name, such as ``length`` or ``options.rate``."""
+    return functools.reduce(getattr, name.split("."), document)
+
+
+# What an argument of `retime.guided_warp` is called in a document, where it is called otherwise.
+_FIELDS = {"speed": "options.fastest", "keys": None, "locks": None, "reference": None, "motion": None}
+
+
+def fault_of(error: Exception, document: Document, last: Document | None) -> Fault:
+    """Say what of a document is at fault.
+
+    Parameters
+    ----------
+    error : Exception
+        From `DocumentSolver.solve`.
+    document : Document
+        What was to be solved.
+    last : Document, optional
+        The last one that could be solved: of the two ends of a span the one that was changed since is at fault.
+    """
+    if isinstance(error, FaultyError):
+        return error.fault
+    if not isinstance(error, InfeasibleWarpError | OptionError):
+        return Fault()
+    if isinstance(error, OptionError) and error.item is not None:
+        if error.option == "locks":
+            return Fault(lock=document.locks[error.item].id)
+        if error.option == "reference" and error.item < len(document.references):
+            return Fault(reference=error.item)
+    if error.option == "reference" and len(document.references) == 1:
+        return Fault(reference=0)
+    if error.option == "motion":
+        # The clips of a group don't agree; the last that is searched came last.
+        return Fault(clip=max(i for i, file in enumerate(document.clips) if file.role == "search"))
+    suspects = [key for key in document.keys if key.output_time in error.output_times]
+    before = () if last is None else last.keys
+    changed = [key for key in suspects if key not in before]
+    if not changed and last is not None and error.output_times:
+        # The keys stand where they stood: what was changed beside them leaves no way through.
+        if locks := [lock for lock in document.locks if lock not in last.locks]:
+            return Fault(lock=locks[-1].id)
+        for name in ("options.fastest", "options.slowest", "options.max_skip", "options.upsample"):
+            if value_of(document, name) != value_of(last, name):
+                return Fault(field=name)
+        if document.length is not None and document.length != last.length:
+            return Fault(field="length")
+    if suspects:
+        return Fault(key=(changed or suspects)[-1].id)
+    if error.option is None:
+        # A span between keytimes, of which the ends are two: the last one stands where the length puts it.
+        return Fault(field="length") if error.output_times and document.length is not None else Fault()
+    known = {field.name for field in fields(Document)}
+    name = error.option if error.option in known else f"options.{error.option}"
+    return Fault(field=_FIELDS.get(error.option, name))

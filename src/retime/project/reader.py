@@ -1,0 +1,179 @@
+"""A document's files: read once, and kept for the next document, which mostly names the same ones."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from retime.brief import brief_repr
+from retime.errors import RetimeWarning
+from retime.formats.joint_map import read_joint_map
+from retime.formats.registry import read
+from retime.motion.kinematics import seems_z_up
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.motion.timecode import parse_frame_range
+from retime.project.document import ClipFile, CounterpartFile, Document, ReferenceFile
+from retime.project.faults import Fault, blaming
+from retime.warp.reference import Reference
+
+AnyClip = Motion | Signal
+Find = Callable[[str], Path]
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """What a document's files hold.
+
+    Attributes
+    ----------
+    clips : tuple of Motion or Signal
+        In the document's order.
+    references : tuple of Reference
+        In the document's order.
+    wholes : tuple of Motion or Signal
+        For each reference what its first motion is cut out of.
+    """
+
+    clips: tuple[AnyClip, ...]
+    references: tuple[Reference, ...]
+    wholes: tuple[AnyClip, ...]
+
+    __repr__ = brief_repr
+
+
+def as_paths(text: str) -> Path:
+    """Take any path; see `retime.project.places` for something stricter."""
+    return Path(text)
+
+
+AnyFile = ClipFile | ReferenceFile | CounterpartFile
+# A file, how it is read, and the frames used of it.
+_Key = tuple[str, str | None, str | None, str | None, int | None, int | None]
+
+
+def read_clip(file: AnyFile, path: Path, find: Find) -> AnyClip:
+    """Read one clip, all of its frames."""
+    skeleton = None if file.skeleton is None else find(file.skeleton)
+    clip = read(path, rate=file.fps, skeleton=skeleton, up=file.up)
+    if not clip.name:
+        clip = replace(clip, name=path.stem)
+    if file.up is None and isinstance(clip, Motion) and seems_z_up(clip):
+        warnings.warn(
+            f"{clip.name}: the figure stands along Z. If Z is up in this file, say so under How it is read: Up",
+            RetimeWarning,
+            2,
+        )
+    return clip
+
+
+def _cut(clip: AnyClip, first_frame: int | None, last_frame: int | None) -> AnyClip:
+    if first_frame is None and last_frame is None:
+        return clip
+    ends = ["" if frame is None else str(frame) for frame in (first_frame, last_frame)]
+    return clip.frames(*parse_frame_range(":".join(ends), clip.n_frames, clip.first_frame))
+
+
+def _same_stretch(part: AnyClip, whole: AnyClip, other: AnyClip) -> AnyClip:
+    """Cut the stretch out of another clip that a part is of its whole, in time."""
+    if part is whole:
+        return other
+    start = float((part.first_frame - whole.first_frame) / whole.rate)
+    n_frames = min(round(part.end_time * float(other.rate)) + 1, other.n_frames)
+    begin = min(round(start * float(other.rate)), other.n_frames - n_frames)
+    return other.frames(begin, begin + n_frames)
+
+
+class Reader:
+    """Reads a document's files; keeps what it read for the next document.
+
+    Parameters
+    ----------
+    find : function of str
+        Returns the path of a file, or refuses it.
+    """
+
+    def __init__(self, find: Find = as_paths) -> None:
+        self._find = find
+        # Whole files, and what is cut out of them.
+        self._clips: dict[_Key, AnyClip] = {}
+        self._used: dict[_Key, AnyClip] = {}
+        self._references: dict[tuple[ReferenceFile, tuple[int, ...]], tuple[tuple[AnyClip, ...], Reference]] = {}
+        self._sources: Sources | None = None
+
+    def read(self, document: Document) -> Sources:
+        """Return what a document's files hold; the same value as before, where they are the same files.
+
+        Raises
+        ------
+        FaultyError
+            A file can't be read, or may not be; frames that are not there; a weight that is none. Says of which.
+        """
+        self._used = {}
+        clips = []
+        for i, file in enumerate(document.clips):
+            with blaming(Fault(clip=i)):
+                clips.append(self._stretch(file, file.first_frame, file.last_frame))
+        searched = tuple(i for i, file in enumerate(document.clips) if file.role == "search")
+        references = {}
+        for i, reference in enumerate(document.references):
+            with blaming(Fault(reference=i)):
+                references[reference, searched] = self._reference(reference, searched, clips)
+        self._clips, self._references = self._used, references
+        found = Sources(
+            tuple(clips),
+            tuple(references[file, searched][1] for file in document.references),
+            tuple(clips[0] if file.path is None else self._stretch(file, None, None) for file in document.references),
+        )
+        if self._sources is None or not _same(self._sources, found):
+            self._sources = found
+        return self._sources
+
+    def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyClip:
+        """Read a file, or remember it, and cut out the frames used."""
+        whole = (file.path or "", file.fps, file.skeleton, file.up, None, None)
+        part = (*whole[:4], first_frame, last_frame)
+        for key in (whole, part):
+            if key not in self._used:
+                clip = self._clips.get(key)
+                if clip is None:
+                    clip = (
+                        read_clip(file, self._find(file.path or ""), self._find)
+                        if key == whole
+                        else _cut(self._used[whole], first_frame, last_frame)
+                    )
+                self._used[key] = clip
+        return self._used[part]
+
+    def _reference(
+        self, file: ReferenceFile, searched: tuple[int, ...], clips: list[AnyClip]
+    ) -> tuple[tuple[AnyClip, ...], Reference]:
+        """Make a reference; beside it stand the clips that it was made for."""
+        motions: list[AnyClip] = []
+        if file.path is None:
+            first = _cut(clips[0], file.first_frame, file.last_frame)
+            motions = [first, *(_same_stretch(first, clips[0], clips[i]) for i in searched[1:])]
+        else:
+            first = self._stretch(file, file.first_frame, file.last_frame)
+            whole = self._stretch(file, None, None)
+            beside = {counterpart.clip: counterpart for counterpart in file.counterparts}
+            others = [self._stretch(beside[i], None, None) for i in searched[1:] if i in beside]
+            motions = [first, *(_same_stretch(first, whole, other) for other in others)]
+        own = tuple(clips[i] for i in searched)
+        known = self._references.get((file, searched))
+        if known is not None and all(one is other for one, other in zip(known[0], own, strict=True)):
+            return known
+        joint_map = {} if file.joint_map is None else read_joint_map(self._find(file.joint_map))
+        joint_map |= {pair.input: pair.reference for pair in file.joints}
+        motion = motions if len(searched) > 1 else first
+        return own, Reference(motion, weight=file.weight, mirror=file.mirror, joint_map=joint_map)
+
+
+def _same(a: Sources, b: Sources) -> bool:
+    """Whether both hold the very same clips."""
+    one, other = (*a.clips, *a.references), (*b.clips, *b.references)
+    return (
+        len(a.clips) == len(b.clips) and len(one) == len(other) and all(x is y for x, y in zip(one, other, strict=True))
+    )

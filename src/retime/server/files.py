@@ -1,0 +1,74 @@
+"""The files that a page may see: listed, asked for, and dropped on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from retime.errors import FormatError, OptionError
+from retime.formats.registry import FORMATS
+from retime.project.faults import words_of
+from retime.project.file import SUFFIX
+from retime.project.places import Places
+from retime.server import messages
+
+# The endings of the files that hold clips.
+OPENS = tuple(suffix for known in FORMATS for suffix in known.suffixes)
+# What the page may look for, and the endings of the files that hold it.
+_HOLDS = {"clip": (*OPENS, SUFFIX), "skeleton": (".asf",), "joint map": (".json", ".csv")}
+
+
+def listing(places: Places, folder: str | None, holds: str) -> messages.Listing:
+    """List a folder, by default the first that may be used: its folders, and the files that hold what is looked for."""
+    place = places.find(folder or ".")
+    with_kind = [(entry.name, entry.is_dir()) for entry in place.iterdir() if not entry.name.startswith(".")]
+    names = sorted(with_kind, key=lambda pair: pair[0].casefold())
+    return messages.Listing(
+        str(place),
+        str(place.parent) if place.parent != place and places.contains(place.parent) else None,
+        tuple(name for name, is_folder in names if is_folder and _is_text(name)),
+        tuple(
+            name
+            for name, is_folder in names
+            if not is_folder and _is_text(name) and name.lower().endswith(_HOLDS[holds])
+        ),
+    )
+
+
+def found(places: Places, message: messages.Find) -> messages.Found:
+    """Say whether a file may be used."""
+    try:
+        place = places.find(message.path, reading=not message.writing)
+        if not message.writing and not place.is_file():
+            raise OptionError(f"{place}: " + ("a folder, not a file" if place.is_dir() else "there is no such file"))
+    except (OptionError, OSError) as error:
+        # What lies outside is not told, not even whether it is there.
+        return messages.Found(message.path, "", words_of(error), False)
+    return messages.Found(message.path, str(place), None, place.exists())
+
+
+def keep_dropped(name: str, data: bytes, folder: Path) -> Path:
+    """Keep a file that was dropped on the page; return its place."""
+    ending = Path(name).suffix.lower()
+    if ending not in (*OPENS, ".asf", ".json"):
+        raise FormatError(f"no format ends in {ending or 'nothing'!r}", path=name)
+    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    stem = Path(name).stem
+    for number in range(1, 10_000):
+        place = folder / (name if number == 1 else f"{stem}-{number}{ending}")
+        try:
+            with place.open("xb") as file:
+                file.write(data)
+        except FileExistsError:
+            if place.read_bytes() == data:
+                break
+        else:
+            break
+    return place
+
+
+def _is_text(name: str) -> bool:
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

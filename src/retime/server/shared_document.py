@@ -1,0 +1,351 @@
+"""One document that is edited, by one page or several.
+
+Three threads share the work. The event loop holds the document and its history, and never waits. The solver's thread
+(`retime.server.solving`) reads files, solves and exports; of the documents that wait for it, only the latest is solved.
+The writer (`retime.server.writer`) puts each change on the disk before the pages are told that it is safe; of a drag
+whose positions wait for it, only the latest is written.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+
+from retime.errors import FormatError, OptionError, RetimeError
+from retime.project.document import MAX_NAME, Document, KeptWarp
+from retime.project.export import check_no_input
+from retime.project.faults import words_of
+from retime.project.file import SUFFIX, files_of, warp_id
+from retime.project.history import History
+from retime.project.journal import Edit
+from retime.project.places import Places
+from retime.project.work import Work, new_document, open_document, open_project
+from retime.server import files, messages
+from retime.server.audience import Audience
+from retime.server.messages import ServerMessage, write_message
+from retime.server.outbox import Outbox
+from retime.server.pictures import kept_message
+from retime.server.solving import Findings, Job, Solving
+from retime.server.writer import Change, Writer
+from retime.warp.curve import Warp
+
+
+def welcome() -> messages.Welcome:
+    """Return the answer to a page's first message."""
+    return messages.Welcome(messages.VERSION, version("retime"), files.OPENS)
+
+
+class SharedDocument:
+    """A document, its history, its solver, and the pages that look at it.
+
+    Parameters
+    ----------
+    work : Work
+        What is open.
+    places : Places
+        Where it may read and write.
+    state : Path
+        Folder for what has no place of its own.
+    """
+
+    def __init__(self, work: Work, places: Places, state: Path) -> None:
+        self._work = work
+        self._places = places
+        self._state_folder = state
+        self._loop = asyncio.get_running_loop()
+        self._audience = Audience()
+        # Something was found, or will never be; who waits looks again.
+        self._answered = asyncio.Event()
+        self._revision = 1
+        # The first revision of the document that is open; what is found for an older one is of another document.
+        self._first = 1
+        self._opened = 0
+        self._opening = False
+        # What is on the disk.
+        self._safe = self._state()
+        self._writer = Writer(died=self._writer_died)
+        self._solving = Solving(self._find, found=self._found, died=self._solver_died)
+        self._ask()
+
+    async def close(self) -> None:
+        """Put on the disk what waits for it, and end the threads."""
+        await self._writer.close()
+        await asyncio.to_thread(self._solving.close)
+        self._work.close()
+
+    @property
+    def _history(self) -> History:
+        return self._work.history
+
+    @property
+    def document(self) -> Document:
+        """The document as it is now."""
+        return self._history.present
+
+    @property
+    def warp(self) -> Warp | None:
+        """The warp of the last document that could be solved."""
+        good = self._solving.good
+        return None if good is None else good[1].warp
+
+    async def solved(self) -> Warp:
+        """Wait until the document as it is now is solved, and return its warp; raise what it can't be solved for."""
+        while True:
+            self._answered.clear()
+            solution = self._solving.answer(self._revision)
+            if solution is not None:
+                return solution.warp
+            await self._answered.wait()
+
+    # Pages.
+
+    def join(self, page: Outbox) -> None:
+        """Tell a new page all there is."""
+        self._audience.join(page, [*self._kept(), self._safe])
+        for note in self._notes():
+            page.put(note)
+
+    def leave(self, page: Outbox) -> None:
+        """Forget a page."""
+        self._audience.leave(page)
+
+    def _kept(self) -> list[ServerMessage]:
+        return [kept_message(name, warp) for name, warp in self._work.warps.items()]
+
+    def _notes(self) -> list[ServerMessage]:
+        return [messages.Notice("warning", note) for note in self._work.notes]
+
+    def _state(self) -> messages.State:
+        work = self._work
+        return messages.State(
+            revision=self._revision,
+            document=work.history.present,
+            undo_label=work.history.undo_label,
+            redo_label=work.history.redo_label,
+            saved=work.is_saved,
+            recovered=work.recovered,
+            path=None if work.path is None else str(work.path),
+            opened=self._opened,
+        )
+
+    # What pages ask for.
+
+    def handle(self, page: Outbox, message: messages.PageMessage) -> None:
+        """Do what a page asks for, or tell it why not."""
+        try:
+            self._handle(page, message)
+        except (RetimeError, OSError) as error:
+            page.put(messages.Notice("error", words_of(error)))
+            page.put(self._safe)
+
+    def refuse(self, page: Outbox, error: FormatError) -> None:
+        """Answer something that is no message."""
+        page.put(messages.Notice("error", str(error)))
+        page.put(self._safe)
+
+    def _handle(self, page: Outbox, message: messages.PageMessage) -> None:
+        match message:
+            case messages.Edit():
+                self._check_next(message.revision)
+                self._edit(message)
+            case messages.Undo():
+                self._check_next(message.revision)
+                self._change(self._history.undo(), self._work.journal.undo)
+            case messages.Redo():
+                self._check_next(message.revision)
+                self._change(self._history.redo(), self._work.journal.redo)
+            case messages.Keep():
+                self._check_next(message.revision)
+                self._keep(message.name)
+            case messages.Save():
+                self._save(page, message)
+            case messages.Open():
+                self._open(page, message.path)
+            case messages.Export():
+                self._export(page, message)
+            case messages.Browse():
+                page.put(files.listing(self._places, message.folder, message.holds))
+            case messages.Find():
+                page.put(files.found(self._places, message))
+            case messages.Hello():
+                pass
+
+    def _check_next(self, revision: int) -> None:
+        if self._opening:
+            raise OptionError("another document is being opened")
+        if revision != self._revision + 1:
+            raise OptionError("the document was changed in another window meanwhile: look at it, and try again")
+
+    def _edit(self, message: messages.Edit) -> None:
+        if len(message.label) > MAX_NAME or len(message.gesture) > MAX_NAME:
+            raise OptionError(f"a label or a gesture is longer than {MAX_NAME} letters")
+        for kept in message.document.kept:
+            if kept.id not in self._work.warps:
+                raise OptionError(f"there is no kept warp {kept.id!r}")
+        edit = Edit(message.document, message.label, message.gesture, message.done)
+        history = self._history.edit(edit.document, label=edit.label, gesture=edit.gesture, done=edit.done)
+        self._writer.drop_last_of(edit.gesture)
+        self._change(history, partial(self._work.journal.edit, edit), gesture="" if edit.done else edit.gesture)
+
+    def _keep(self, name: str) -> None:
+        if not name or len(name) > MAX_NAME:
+            raise OptionError(f"a kept warp needs a name of 1 to {MAX_NAME} letters")
+        document = self._history.present
+        good = self._solving.good
+        if good is None or good[0] != self._revision:
+            raise OptionError("there is no warp to keep: wait for the curve, or solve its problem first")
+        warp = good[1].warp
+        kept = KeptWarp(warp_id(warp), name)
+        if any(kept.id == other.id for other in document.kept):
+            raise OptionError("this warp is kept already")
+        journal = self._work.journal
+        edit = Edit(replace(document, kept=(*document.kept, kept)), f"keep {name}", "", True)
+        history = self._history.edit(edit.document, label=edit.label)
+        self._work.warps = {**self._work.warps, kept.id: warp}
+        self._audience.tell(kept_message(kept.id, warp))
+
+        def write(history: History, warps: Mapping[str, Warp]) -> None:
+            journal.keep(kept.id, warp, history, warps)
+            journal.edit(edit, history, warps)
+
+        self._change(history, write)
+
+    def _change(
+        self, history: History, write: Callable[[History, Mapping[str, Warp]], None], *, gesture: str = ""
+    ) -> None:
+        """Take a new history, have it solved, and tell the pages once it is on the disk."""
+        work, warps = self._work, self._work.warps
+        work.history = history
+        self._revision += 1
+        self._ask()
+        state = self._state()
+
+        def done() -> None:
+            self._safe = state
+            self._audience.tell(messages.Ack(state.revision) if gesture else state)
+
+        def failed(error: Exception) -> None:
+            words = f"the autosave can't be written, so this edit is not safe: {words_of(error)}"
+            self._audience.tell(messages.Notice("error", words))
+
+        self._writer.put(Change(lambda: write(history, warps), done, failed, gesture))
+
+    # Files.
+
+    def _save(self, page: Outbox, message: messages.Save) -> None:
+        work, history, warps = self._work, self._history, self._work.warps
+        path = work.path if message.path is None else self._places.find(message.path)
+        if path is None:
+            raise OptionError("the project has no name yet: say where to save it")
+        check_no_input(path, history.present)
+        place, revision = path, self._revision
+
+        def done() -> None:
+            self._places.add_folder(place.parent)
+            # What was edited meanwhile waits to be written; it is told then.
+            self._safe = replace(self._state(), revision=revision, document=history.present, saved=True)
+            self._audience.tell(messages.Saved(str(place)), self._safe)
+
+        def failed(error: Exception) -> None:
+            page.put(messages.Notice("error", f"not saved: {words_of(error)}"))
+
+        self._writer.put(Change(lambda: work.save(place, history, warps, overwrite=message.overwrite), done, failed))
+
+    def _open(self, page: Outbox, text: str) -> None:
+        place = self._places.find(text, reading=True)
+        found: list[Work] = []
+        self._opening = True
+
+        def opened() -> None:
+            if place == self._work.path:
+                raise OptionError(f"{place} is open already")
+            if place.suffix.lower() == SUFFIX:
+                found.append(open_project(place))
+            else:
+                found.append(open_document(new_document([str(place)]), folder=self._state_folder))
+            self._work.close()
+
+        def done() -> None:
+            self._opening = False
+            self._work = found[0]
+            self._revision += 1
+            self._first = self._revision
+            self._opened += 1
+            self._solving.forget()
+            self._audience.forget()
+            self._ask()
+            self._safe = self._state()
+            self._audience.tell(
+                *self._kept(),
+                self._safe,
+                *self._notes(),
+            )
+
+        def failed(error: Exception) -> None:
+            self._opening = False
+            page.put(messages.Notice("error", f"not opened: {words_of(error)}"))
+
+        self._writer.put(Change(opened, done, failed))
+
+    def _export(self, page: Outbox, message: messages.Export) -> None:
+        place = self._places.find(message.path)
+        document, project = self._history.present, self._work.path
+        if place == project:
+            raise OptionError(f"{place} is the project; choose another place")
+
+        def say(answer: ServerMessage) -> None:
+            self._loop.call_soon_threadsafe(page.put, answer)
+
+        self._solving.export(message, document, place, say)
+
+    def drop(self, name: str, data: bytes, folder: Path) -> Path:
+        """Keep a file that was dropped on the page, where pages may read from then on. Called in a thread."""
+        place = files.keep_dropped(name, data, folder)
+        self._places.add_folder(folder)
+        return place
+
+    def files(self) -> set[str]:
+        """List the files that the document needs, or would after undo."""
+        history = self._history
+        steps = [history.start, *(step.document for step in (*history.done, *history.undone))]
+        return {path for document in steps for path in files_of(document)}
+
+    def _find(self, path: str) -> Path:
+        return self._places.find(path, reading=True, beside=files_of(self.document))
+
+    # The other threads.
+
+    def _ask(self) -> None:
+        self._solving.ask(Job(self._revision, self._first, self._history.present))
+
+    def _found(self, findings: Findings) -> None:
+        """Tell all pages what was found. Called in the solver's thread, which writes the messages."""
+        ready = {name: (message, write_message(message)) for name, message in findings.messages.items()}
+
+        def publish() -> None:
+            self._answered.set()
+            if findings.job.first != self._first:
+                # Of a document that is not open any more.
+                return
+            if findings.counts is not None:
+                self._audience.keep_clips(findings.counts)
+            self._audience.publish(ready)
+
+        with contextlib.suppress(RuntimeError):
+            # The loop is closed, where the program is ending.
+            self._loop.call_soon_threadsafe(publish)
+
+    def _solver_died(self, error: BaseException) -> None:
+        words = f"a fault in retime ended the search ({error!r}): save, and start the editor again"
+        with contextlib.suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._answered.set)
+            self._loop.call_soon_threadsafe(self._audience.tell, messages.Notice("error", words))
+
+    def _writer_died(self, error: BaseException) -> None:
+        words = f"a fault in retime ended the autosave ({error!r}): what you do now is not safe"
+        self._audience.tell(messages.Notice("error", words))

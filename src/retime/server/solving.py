@@ -1,0 +1,201 @@
+"""The solver's thread: reads a document's files, solves it, explains the curve, and exports."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from retime.errors import RetimeError, RetimeWarning
+from retime.project.document import Document
+from retime.project.export import check_no_input, export_motion, export_warp
+from retime.project.faults import fault_of, words_of
+from retime.project.reader import Find, Sources
+from retime.project.solve import DocumentSolver, Solution
+from retime.server import messages
+from retime.server.latest_only import LatestOnly
+from retime.server.messages import ServerMessage
+from retime.server.pictures import clip_messages, curve_message, why_message
+
+# Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
+_REST = 0.2
+
+
+@dataclass(frozen=True)
+class Job:
+    """A document to be solved.
+
+    Attributes
+    ----------
+    revision : int
+        Of the document.
+    first : int
+        The first revision of the document that is open: others with the same one are edits of the same.
+    document : Document
+        What to solve.
+    """
+
+    revision: int
+    first: int
+    document: Document
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was found of a job.
+
+    Attributes
+    ----------
+    job : Job
+        Of which.
+    messages : dict of str
+        To the pages, by what they are: ``curve``, ``problem``, ``clip 0``.
+    counts : dict of str, optional
+        How many clips and references there are, where that was found.
+    """
+
+    job: Job
+    messages: dict[str, ServerMessage]
+    counts: dict[str, int] | None = None
+
+
+class Solving:
+    """Solves in a thread of its own; of the documents that wait for it, only the latest.
+
+    Parameters
+    ----------
+    find : function of str
+        Returns the path of a file, or refuses it. Called in the thread, as the others are.
+    found : function of Findings
+        Called with all that is found.
+    died : function of an exception
+        Called when the thread ended by a fault of retime's.
+    """
+
+    def __init__(self, find: Find, found: Callable[[Findings], None], died: Callable[[BaseException], None]) -> None:
+        self._solver = DocumentSolver(find)
+        self._found = found
+        # What the pages were told of files: of which document, and what was in them.
+        self._shown: tuple[int, Sources] | None = None
+        self._good: tuple[int, Solution] | None = None
+        # Why a revision could not be solved; and why none is any more.
+        self._bad: tuple[int, Exception] | None = None
+        self._dead: BaseException | None = None
+        self._died = died
+        self._worker = LatestOnly(self._solve, name="retime-solver", died=self._end)
+
+    @property
+    def good(self) -> tuple[int, Solution] | None:
+        """The last document that could be solved: its revision, and its solution."""
+        return self._good
+
+    def answer(self, revision: int) -> Solution | None:
+        """Return a revision's solution, None while there is no answer; raise what it could not be solved for."""
+        if self._good is not None and self._good[0] == revision:
+            return self._good[1]
+        if self._bad is not None and self._bad[0] == revision:
+            raise self._bad[1]
+        if self._dead is not None:
+            raise RuntimeError("a fault in retime ended the search") from self._dead
+        return None
+
+    def ask(self, job: Job) -> None:
+        """Have a document solved; forget one that still waits."""
+        self._worker.submit(job)
+
+    def forget(self) -> None:
+        """Another document is open: a solution of the old one is no use."""
+        self._good = None
+
+    def export(
+        self, message: messages.Export, document: Document, place: Path, say: Callable[[ServerMessage], None]
+    ) -> None:
+        """Have a document solved and exported; `say` is called with what came of it, in the thread."""
+
+        def export() -> None:
+            try:
+                with _warnings_told(say):
+                    self._write_export(message, document, place)
+            except (RetimeError, OSError, MemoryError) as error:
+                say(messages.Notice("error", f"not exported: {words_of(error)}"))
+            else:
+                say(messages.Exported(message.what, str(place)))
+
+        self._worker.add(export)
+
+    def close(self) -> None:
+        """End the thread, once it has done what it is at."""
+        self._worker.close()
+
+    def _solve(self, job: Job) -> None:
+        begin = time.perf_counter()
+        solution = None
+        try:
+            with _warnings_told(lambda notice: self._tell(job, {f"notice {notice.text}": notice})):
+                self._read(job)
+                solution = self._solver.solve(job.document)
+        except (RetimeError, OSError, MemoryError) as error:
+            last = self._good
+            fault = fault_of(error, job.document, None if last is None else last[1].document)
+            self._bad = job.revision, error
+            problem = messages.Problem(job.revision, words_of(error), **dataclasses.asdict(fault))
+            self._tell(job, {"problem": problem})
+            return
+        self._good = job.revision, solution
+        self._tell(job, {"curve": curve_message(job.revision, solution, 1000 * (time.perf_counter() - begin))})
+        if self._worker.idle(_REST) and (why := why_message(job.revision, solution)) is not None:
+            self._tell(job, {"why": why})
+
+    def _end(self, error: BaseException) -> None:
+        self._dead = error
+        self._died(error)
+
+    def _read(self, job: Job) -> None:
+        """Read a document's files, and tell the pages those that they have not been told."""
+        sources = self._solver.read(job.document)
+        if self._shown is not None and self._shown == (job.first, sources):
+            return
+        before = None if self._shown is None or self._shown[0] != job.first else self._shown[1]
+        clips = clip_messages(sources, before)
+        self._shown = job.first, sources
+        counts = {"clip": len(sources.clips), "reference": len(sources.references)}
+        self._found(Findings(job, {f"{clip.what} {clip.index}": clip for clip in clips}, counts))
+
+    def _tell(self, job: Job, found: dict[str, ServerMessage]) -> None:
+        self._found(Findings(job, found))
+
+    def _write_export(self, message: messages.Export, document: Document, place: Path) -> None:
+        check_no_input(place, document)
+        solution = self._solver.solve(document)
+        if message.what == "motion":
+            export_motion(solution, message.clip, place, overwrite=message.overwrite)
+        elif message.what == "warp":
+            export_warp(solution, place, overwrite=message.overwrite)
+        else:
+            from retime.evaluate.plot import plot_with_baselines
+
+            plot_with_baselines(
+                solution.warp,
+                solution.sources.clips[0],
+                method=document.options.method,
+                explanation=None if solution.search is None else solution.search.explain(),
+                path=place,
+                overwrite=message.overwrite,
+            )
+
+
+@contextlib.contextmanager
+def _warnings_told(say: Callable[[messages.Notice], None]) -> Iterator[None]:
+    """Tell warnings of retime's to the page."""
+    # What Python keeps of warnings is one for all threads; the solver's is the only one that changes it.
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RetimeWarning)
+        try:
+            yield
+        finally:
+            for text in dict.fromkeys(str(warning.message) for warning in caught):
+                say(messages.Notice("warning", text))

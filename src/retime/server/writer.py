@@ -1,0 +1,85 @@
+"""What goes to the disk: one change after the other, in a thread, while the event loop goes on."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from retime.errors import RetimeError
+
+
+@dataclass(frozen=True)
+class Change:
+    """What is put on the disk, and what is done then.
+
+    Attributes
+    ----------
+    write : function
+        Called in a thread.
+    done : function
+        Called in the event loop once `write` has returned.
+    failed : function of an exception
+        Called instead where it raised a RetimeError or an OSError.
+    gesture : str
+        Of an edit that is part of a gesture that goes on; a later edit of it may take its place.
+    """
+
+    write: Callable[[], None]
+    done: Callable[[], None]
+    failed: Callable[[Exception], None]
+    gesture: str = ""
+
+
+class Writer:
+    """Writes changes one by one, in order. Made in a running event loop.
+
+    Parameters
+    ----------
+    died : function of an exception
+        Called when something else was raised, a fault of retime's: nothing is written from then on.
+    """
+
+    def __init__(self, died: Callable[[BaseException], None]) -> None:
+        self._waiting: list[Change] = []
+        self._changed = asyncio.Event()
+        self._open = True
+        self._task = asyncio.create_task(self._write_all())
+        self._task.add_done_callback(lambda task: self._ended(task, died))
+
+    def put(self, change: Change) -> None:
+        """Have a change written after those that wait."""
+        self._waiting.append(change)
+        self._changed.set()
+
+    def drop_last_of(self, gesture: str) -> None:
+        """Forget the last change that waits if it is of this gesture: the same key was dragged on meanwhile."""
+        if gesture and self._waiting and self._waiting[-1].gesture == gesture:
+            self._waiting.pop()
+
+    async def close(self) -> None:
+        """Write what waits, and end."""
+        self._open = False
+        self._changed.set()
+        await asyncio.wait([self._task])
+
+    async def _write_all(self) -> None:
+        while True:
+            while not self._waiting:
+                if not self._open:
+                    return
+                self._changed.clear()
+                await self._changed.wait()
+            change = self._waiting.pop(0)
+            try:
+                await asyncio.to_thread(change.write)
+            except (RetimeError, OSError) as error:
+                change.failed(error)
+            else:
+                change.done()
+
+    @staticmethod
+    def _ended(task: asyncio.Task[None], died: Callable[[BaseException], None]) -> None:
+        error = None if task.cancelled() else task.exception()
+        if error is not None:
+            died(error)

@@ -1,0 +1,68 @@
+"""Documents to try the project with, and edits of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from retime.project.document import (
+    ClipFile,
+    CounterpartFile,
+    Document,
+    JointPair,
+    KeptWarp,
+    Key,
+    LockedTime,
+    Options,
+    ReferenceFile,
+)
+from retime.project.file import warp_id
+from retime.project.journal import Edit
+from retime.warp.curve import Warp
+
+WARP = Warp(np.array([0.0, 0.1, 1 / 3]), np.array([0.0, 0.3, 2 / 3]), name="été")
+
+
+def document_of(folder: Path) -> Document:
+    """Make a document that uses every field."""
+    return Document(
+        clips=(
+            ClipFile(str(folder / "a.bvh"), first_frame=2, last_frame=90, fps="30000/1001", up="z"),
+            ClipFile(str(folder / "camera.csv")),
+        ),
+        references=(
+            ReferenceFile(
+                str(folder / "refs" / "b.bvh"),
+                weight=2.0,
+                mirror=True,
+                joint_map=str(folder / "names.json"),
+                joints=(JointPair("Hips", "pelvis"),),
+                counterparts=(CounterpartFile(1, str(folder / "refs" / "c.csv"), fps="25"),),
+            ),
+            ReferenceFile(first_frame=4),
+        ),
+        keys=(Key("k1", 1 / 3, 0.1), Key("k2", 2.0, 1.5, 0.5)),
+        locks=(LockedTime("l1", 0.5, 0.75, 0.0, 1.0),),
+        length="65%",
+        influence=0.5,
+        options=Options(score="conditional", slowest=0.25, fastest=4.0),
+        kept=(KeptWarp(warp_id(WARP), "first try"),),
+    )
+
+
+def numbered(number: int) -> Document:
+    return Document((ClipFile("/a.bvh"),), keys=(Key("k", 0.01 * number, 1.0),))
+
+
+def edited(work, number: int) -> None:
+    document = replace(work.history.present, keys=(Key("k", 0.01 * number, 1.0),))
+    work.history = work.history.edit(document, label=f"to {number}")
+    work.journal.edit(Edit(document, f"to {number}", "", True), work.history, work.warps)
+
+
+def dead(work) -> None:
+    """Let go of a work as a program does that dies: nothing is removed."""
+    work.journal._file.close()
+    work.journal._lock.close()

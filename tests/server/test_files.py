@@ -1,0 +1,67 @@
+"""Files that a page sees: listed, asked for, dropped."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+
+def test_a_dropped_file_can_be_opened(served) -> None:
+    data = (served.folder / "leap.bvh").read_bytes()
+    answers = [
+        served.ask(f"/drop?name={name}", method="POST", body=body, Origin=f"http://{served.host}")
+        for name, body in (("my%20leap.bvh", data), ("my%20leap.bvh", data), ("my%20leap.bvh", data + b"\n"))
+    ]
+    places = [json.loads(answer.body)["path"] for answer in answers]
+    assert [Path(place).name for place in places] == ["my leap.bvh", "my leap.bvh", "my leap-2.bvh"]
+    assert Path(places[0]).read_bytes() == data
+    with served.ready_page() as page:
+        page.say("open", path=places[0])
+        state = page.told(opened=1)
+        assert page.until("clip")["name"] == "my leap"
+        assert (state["undo_label"], state["path"]) == (None, None)
+        page.edit(length="80%")
+        assert page.curve()["type"] == "curve"
+
+
+def test_a_folder_is_listed(served) -> None:
+    (served.folder / "more").mkdir()
+    (served.folder / ".hidden.bvh").touch()
+    (served.folder / "notes.txt").touch()
+    with served.ready_page() as page:
+        page.say("browse", folder=None, holds="clip")
+        listing = page.until("listing")
+        assert (listing["folders"], listing["files"]) == (["more"], ["camera.csv", "jump.bvh", "leap.bvh"])
+        assert listing["parent"] is None
+        page.say("browse", folder=str(served.folder / "more"), holds="clip")
+        assert page.until("listing")["parent"] == str(served.folder)
+        (served.folder / "names.json").touch()
+        (served.folder / "body.asf").touch()
+        for holds, files in (("joint map", ["camera.csv", "names.json"]), ("skeleton", ["body.asf"])):
+            page.say("browse", folder=None, holds=holds)
+            assert page.until("listing")["files"] == files
+
+
+def test_a_page_asks_whether_a_file_may_be_used(served, tmp_path) -> None:
+    outside = tmp_path / "elsewhere" / "a b.bvh"
+    outside.parent.mkdir()
+    outside.touch()
+    with served.ready_page() as page:
+
+        def asked(path: object, *, writing: bool = False) -> tuple[str, str | None]:
+            page.say("find", path=str(path), writing=writing)
+            answer = page.until("found", path=str(path))
+            # What is there is told of what may be used only.
+            assert answer["exists"] == (answer["place"] != "" and Path(answer["place"]).exists())
+            return answer["place"], answer["refused"]
+
+        assert asked("leap.bvh", writing=True)[1] is None
+        assert asked("leap.bvh") == (str(served.folder / "leap.bvh"), None)
+        assert asked("new.bvh", writing=True) == (str(served.folder / "new.bvh"), None)
+        for path, says in (("new.bvh", "there is no such file"), (served.folder, "a folder, not a file")):
+            place, refused = asked(path)
+            assert (place, says in str(refused)) == ("", True)
+        assert "name too long" in str(asked(400 * "a" + ".bvh")[1])
+        place, refused = asked(outside)
+        assert place == ""
+        assert str(refused).endswith(f"type: retime edit jump.bvh --folder {outside.parent}")

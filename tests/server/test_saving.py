@@ -1,0 +1,115 @@
+"""Projects saved and opened, and what is left after a death or on a full disk."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+from pathlib import Path
+
+from retime.project import journal as journals
+from tests.cli.conftest import COMMAND
+from tests.server.serving import KEY, Page, Served, serving
+
+
+def saved(page: Page, path: str | None) -> dict:
+    page.say("save", path=path, overwrite=False)
+    return page.until("saved", "notice")
+
+
+def test_a_project_is_saved_and_opened(folder) -> None:
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(keys=[KEY])
+        assert (page.told()["path"], saved(page, None)["text"]) == (
+            None,
+            "the project has no name yet: say where to save it",
+        )
+        assert "ends in .retime" in saved(page, "p.txt")["text"]
+        assert "is an input" in saved(page, "jump.bvh")["text"]
+        assert saved(page, "p.retime")["type"] == "saved"
+        assert page.told(saved=True)["path"] == str(folder / "p.retime")
+        page.edit(length="80%")
+        assert not page.told()["saved"]
+        assert saved(page, None)["type"] == "saved"
+        assert page.told(saved=True)["revision"] == page.revision
+        page.say("open", path="leap.bvh")
+        assert page.told(opened=1)["document"]["clips"][0]["path"].endswith("leap.bvh")
+        page.say("open", path="p.retime")
+        state = page.told(opened=2)
+        assert (state["document"]["keys"], state["document"]["length"], state["saved"]) == ([KEY], "80%", True)
+        page.say("open", path="none.retime")
+        assert "not opened" in page.until("notice")["text"]
+    assert {path.name for path in folder.iterdir()} == {"jump.bvh", "leap.bvh", "camera.csv", "p.retime"}
+
+
+def test_a_clean_end_keeps_what_was_not_saved(folder) -> None:
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(keys=[KEY], label="add key")
+        page.told()
+    with serving(folder, "jump.bvh") as served, served.page() as page:
+        state = page.until("state")
+        assert (state["recovered"], state["undo_label"], state["document"]["keys"]) == (True, "add key", [KEY])
+
+
+def test_kill_9_of_the_editor_loses_nothing_that_was_acknowledged(folder, tmp_path) -> None:
+    environment = {**os.environ, "RETIME_STATE": str(tmp_path / "state")}
+    process = subprocess.Popen(
+        [*COMMAND, "edit", str(folder / "jump.bvh"), "--no-browser"], stdout=subprocess.PIPE, text=True, env=environment
+    )
+    assert process.stdout is not None
+    try:
+        address = process.stdout.readline().split()[-1]
+        host, token = re.fullmatch(r"http://([\d.:]+)/\?token=(.+)", address).groups()
+        with _page_at(host, token) as page:
+            page.told(revision=1)
+            page.edit(length="75%", label="set length")
+            page.told()
+            for number in range(5):
+                page.edit("drag", done=False, label="move key", keys=[{**KEY, "output_time": 1.2 + 0.01 * number}])
+            page.until("ack", revision=page.revision)
+            process.send_signal(signal.SIGKILL)
+    finally:
+        process.kill()
+        process.communicate()
+    with serving(folder, "jump.bvh") as served, served.page() as page:
+        state = page.told(revision=1)
+        assert (state["recovered"], state["undo_label"]) == (True, "move key")
+        assert state["document"]["keys"][0]["output_time"] == 1.24
+        page.change("undo")
+        state = page.told()
+        assert (state["document"]["keys"], state["document"]["length"]) == ([], "75%")
+
+
+@contextlib.contextmanager
+def _page_at(host: str, token: str):
+    class Guard:
+        hosts = (host,)
+
+    class Server:
+        guard = Guard
+
+    Guard.token = token
+    with contextlib.suppress(OSError), Served(Server, Path()).page() as page:
+        yield page
+
+
+def test_a_full_disk_is_told_and_the_next_edit_makes_it_good(served, monkeypatch) -> None:
+    write_all = journals._write_all
+
+    def full(file, data) -> None:
+        write_all(file, data[:100])
+        raise OSError(28, "No space left on device")
+
+    with served.ready_page() as page:
+        monkeypatch.setattr(journals, "_write_all", full)
+        page.edit(keys=[KEY], label="add key")
+        assert "not safe: No space left on device" in page.until("notice")["text"]
+        assert "state" not in page.heard
+        monkeypatch.setattr(journals, "_write_all", write_all)
+        page.edit(length="80%", label="set length")
+        state = page.told()
+        assert (state["document"]["keys"], state["document"]["length"]) == ([KEY], "80%")
+        page.change("undo")
+        assert page.told()["undo_label"] == "add key"

@@ -1,0 +1,111 @@
+"""Clips, groups and references as the solver reads them, and what it warns of."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+
+from retime import Reference, guided_warp, read, write
+from tests.server.serving import KEY, Served, serving
+
+
+def test_a_group_is_searched_together_and_others_follow(folder) -> None:
+    with serving(folder, "jump.bvh", "leap.bvh", "camera.csv") as served, served.ready_page() as page:
+        page.edit(length="75%")
+        first = page.curve()
+        jump, leap, camera = page.document["clips"]
+        page.edit(clips=[jump, {**leap, "role": "search"}, camera])
+        together = page.curve()
+    clips = [read(folder / name) for name in ("jump.bvh", "leap.bvh")]
+    np.testing.assert_array_equal(first["input_times"], guided_warp(clips[0], length="75%").warp.input_times)
+    np.testing.assert_array_equal(together["input_times"], guided_warp(clips, length="75%").warp.input_times)
+
+
+def test_a_group_imitates_a_group_and_a_stretch_of_itself(folder) -> None:
+    jump, leap = (read(folder / name) for name in ("jump.bvh", "leap.bvh"))
+    write(leap.frames(0, 200), folder / "a.bvh")
+    write(jump.frames(0, 200), folder / "b.bvh")
+    with serving(folder, "jump.bvh", "leap.bvh") as served, served.ready_page() as page:
+        first, second = page.document["clips"]
+        page.edit(clips=[first, {**second, "role": "search"}], length="75%", references=[{"path": "a.bvh"}])
+        problem = page.curve()
+        assert "needs a counterpart for each" in problem["message"]
+        assert problem["reference"] == 0
+        page.edit(references=[{"path": "a.bvh", "counterparts": [{"clip": 1, "path": "b.bvh"}], "last_frame": 150}])
+        files = page.curve()
+        page.edit(references=[{"first_frame": 60, "last_frame": 180}])
+        itself = page.curve()
+    cuts = [read(folder / name).frames(0, 151) for name in ("a.bvh", "b.bvh")]
+    expected = guided_warp([jump, leap], reference=Reference(cuts), length="75%").warp
+    np.testing.assert_array_equal(files["input_times"], expected.input_times)
+    stretch = Reference([clip.frames(60, 181) for clip in (jump, leap)])
+    expected = guided_warp([jump, leap], reference=stretch, length="75%").warp
+    np.testing.assert_array_equal(itself["input_times"], expected.input_times)
+
+
+def test_a_reference_says_which_joint_stands_for_which(folder) -> None:
+    leap = read(folder / "leap.bvh")
+    own = read(folder / "jump.bvh").skeleton.names
+    names = tuple(f"Part{i}" for i in range(len(leap.skeleton.names)))
+    other = replace(leap, skeleton=replace(leap.skeleton, names=names))
+    write(other, folder / "strange.bvh")
+    # The file is wrong about one, and the document has the last word.
+    said = dict(zip(own, [names[0], *reversed(names[1:])], strict=True))
+    (folder / "map.json").write_text(json.dumps(said))
+    pairs = [{"input": name, "reference": to} for name, to in zip(own[1:], names[1:], strict=True)]
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(references=[{"path": "strange.bvh"}], length="80%")
+        assert page.until("clip", what="reference")["counterparts"] == [""] * len(own)
+        assert "too few of its joints" in page.curve()["message"]
+        page.edit(references=[{"path": "strange.bvh", "joint_map": "map.json", "joints": pairs}])
+        assert page.until("clip", what="reference")["counterparts"] == list(names)
+        found = page.curve()
+    reference = Reference(read(folder / "strange.bvh"), joint_map=dict(zip(own, names, strict=True)))
+    expected = guided_warp(read(folder / "jump.bvh"), reference=reference, length="80%").warp
+    np.testing.assert_array_equal(found["input_times"], expected.input_times)
+
+
+def test_a_warning_is_told_once_and_to_who_comes_later(folder) -> None:
+    steep = {**KEY, "speed": 30.0}
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(keys=[steep], options={"method": "spline"})
+        assert "without turning back" in page.until("notice")["text"]
+        page.edit(keys=[{**steep, "id": "j"}])
+        page.curve()
+        assert page.heard.count("notice") == 1
+        with served.page() as late:
+            assert late.until("notice")["kind"] == "warning"
+
+
+def len_of(served: Served, name: str) -> int:
+    return read(served.folder / name).n_frames
+
+
+def test_another_clip_is_sent_where_the_document_names_it(served) -> None:
+    with served.ready_page() as page:
+        references = [{"path": "leap.bvh"}, {"first_frame": 60, "last_frame": 180}]
+        page.edit(references=references, options={"rate": "12"})
+        clips = [page.until("clip") for _ in range(2)]
+        assert [(clip["what"], clip["index"], clip["count"]) for clip in clips] == [
+            ("reference", 0, 2),
+            ("reference", 1, 2),
+        ]
+        assert (clips[1]["start_time"], clips[1]["n_frames"], clips[1]["n_whole"]) == (
+            1.0,
+            121,
+            len_of(served, "jump.bvh"),
+        )
+        page.curve()
+        why = page.until("why")
+        assert (why["sources"], why["mirrored"]) == ([0, 1], [False, False])
+        # What is the same is not sent again; who comes later is told all of it, and nothing that is gone.
+        page.edit(references=[references[0], {**references[1], "last_frame": 200}])
+        page.curve()
+        assert [message["index"] for message in page.mail if message["type"] == "clip"] == [1]
+        page.edit(references=[])
+        page.curve()
+        with served.page() as late:
+            late.until("curve")
+            assert [message["what"] for message in late.mail if message["type"] == "clip"] == ["clip"]

@@ -1,0 +1,87 @@
+"""Changes on their way to the disk."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import pytest
+
+from retime.server.writer import Change, Writer
+
+
+class Disk:
+    """A disk that writes down what happens to it; writing waits until it is let."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+        self.may_write = threading.Event()
+
+    def change(self, name: str, *, gesture: str = "", error: Exception | None = None) -> Change:
+        def write() -> None:
+            assert self.may_write.wait(30)
+            if error is not None:
+                raise error
+            self.told.append(f"wrote {name}")
+
+        return Change(
+            write,
+            done=lambda: self.told.append(f"done {name}"),
+            failed=lambda raised: self.told.append(f"{name}: {raised}"),
+            gesture=gesture,
+        )
+
+
+def written(*changes: tuple[str, str], error: Exception | None = None) -> list[str]:
+    """Put changes, by names and gestures, while the first of them is being written; the second one fails."""
+
+    async def run() -> list[str]:
+        disk = Disk()
+        writer = Writer(died=lambda raised: disk.told.append(f"died of {raised}"))
+        for i, (name, gesture) in enumerate(changes):
+            writer.drop_last_of(gesture)
+            writer.put(disk.change(name, gesture=gesture, error=error if i == 1 else None))
+            await asyncio.sleep(0)
+        disk.may_write.set()
+        await writer.close()
+        await asyncio.sleep(0)
+        return disk.told
+
+    return asyncio.run(run())
+
+
+def test_changes_are_written_in_order_each_before_it_is_called_done() -> None:
+    assert written(("a", ""), ("b", ""), ("c", "")) == ["wrote a", "done a", "wrote b", "done b", "wrote c", "done c"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "names"),
+    [
+        ([("a", ""), ("b", "g"), ("c", "g"), ("d", "g")], "ad"),
+        # Of two gestures, or of none, each is written; so is what was begun already.
+        ([("a", ""), ("b", "g"), ("c", "h"), ("d", "g")], "abcd"),
+        ([("a", ""), ("b", ""), ("c", "")], "abc"),
+        ([("a", "g"), ("b", "g")], "ab"),
+    ],
+)
+def test_of_a_gesture_the_latest_that_waits_is_written(changes, names) -> None:
+    assert [told[-1] for told in written(*changes) if told.startswith("wrote")] == list(names)
+
+
+def test_what_can_not_be_written_is_told_and_the_next_is_written() -> None:
+    full = OSError(28, "No space left on device")
+    assert written(("a", ""), ("b", ""), ("c", ""), error=full) == [
+        "wrote a",
+        "done a",
+        f"b: {full}",
+        "wrote c",
+        "done c",
+    ]
+
+
+def test_a_fault_of_the_program_is_told_and_nothing_is_written_from_then_on() -> None:
+    assert written(("a", ""), ("b", ""), ("c", ""), error=ZeroDivisionError("oh")) == [
+        "wrote a",
+        "done a",
+        "died of oh",
+    ]
