@@ -44,9 +44,10 @@ test: $(INSTALLED)  ## Run the tests, and the examples in docstrings and docs
 
 check: format lint types scripts test  ## Run everything that must pass before a change lands
 
-format: $(LOCKED)
+format: $(LOCKED) $(if $(NPM_WORKS),$(MODULES))
 	$(PY) -m ruff format --check
 	$(VENV)/bin/clang-format --dry-run --Werror $(filter src/%,$(KERNELS))
+	$(if $(NPM_WORKS),npm --prefix web run format)
 
 lint: $(LOCKED)
 	$(PY) -m ruff check
@@ -54,7 +55,7 @@ lint: $(LOCKED)
 types: $(LOCKED)
 	$(PY) -m mypy
 
-# The page's own types and tests.
+# The page's own types, lint and tests.
 ifeq ($(NPM_WORKS),yes)
 scripts: $(MODULES)
 	npm --prefix web run check

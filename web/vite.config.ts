@@ -18,7 +18,13 @@ export default defineConfig(({ mode }) => {
   }
   return {
     base: "./",
-    build: { outDir, emptyOutDir: true, target: "es2022", modulePreload: { polyfill: false }, chunkSizeWarningLimit: 900 },
+    build: {
+      outDir,
+      emptyOutDir: true,
+      target: "es2022",
+      modulePreload: { polyfill: false },
+      chunkSizeWarningLimit: 900,
+    },
     test: { include: ["test/**/*.test.ts"] },
   };
 });

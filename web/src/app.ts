@@ -10,10 +10,10 @@ import { StageBar } from "./panels/stage_bar";
 import { TopBar } from "./panels/top";
 import { Transport } from "./panels/transport";
 import { WhyPanel } from "./panels/why_panel";
-import { advance, leading, seek, shuttle, step, type ClockName } from "./playback";
+import { advance, type ClockName, leading, seek, shuttle, step } from "./playback";
+import { WhenQuiet } from "./quiet";
 import { addReference } from "./references";
 import { clamp } from "./scale";
-import { WhenQuiet } from "./quiet";
 import { Session } from "./session";
 import { listen, type Shortcut } from "./shortcuts";
 import { Stage } from "./stage/stage";
@@ -74,8 +74,12 @@ export class App {
         listing: (listing) => this.dialogs.list(listing),
         found: (found) => this.dialogs.found(found),
         connected: () => this.connected(),
-        recovered: () => this.say("warning", "The last session ended before this was saved. Everything that was done is back."),
-        lost: () => this.cover("The server has stopped answering. What you did is kept: start retime edit again, and it goes on from there."),
+        recovered: () =>
+          this.say("warning", "The last session ended before this was saved. Everything that was done is back."),
+        lost: () =>
+          this.cover(
+            "The server has stopped answering. What you did is kept: start retime edit again, and it goes on from there.",
+          ),
         outdated: () => this.cover("This page is of another version than its server. Load it again."),
         renewed: () => this.renewed(),
       },
@@ -116,7 +120,9 @@ export class App {
     this.hint = this.makeHint();
     this.inspector.root.prepend(this.hint);
     if (!this.stage.works) {
-      this.stageRoot.append(make("p", { class: "caption" }, "This browser has no WebGL: the stage stays empty, all else works."));
+      this.stageRoot.append(
+        make("p", { class: "caption" }, "This browser has no WebGL: the stage stays empty, all else works."),
+      );
     }
     const splitter = this.makeSplitter();
     root.append(
@@ -155,7 +161,10 @@ export class App {
     return undefined;
   }
 
-  private listen(options: AppOptions, send: ((files: readonly File[], then?: (path: string) => void) => void) | null): void {
+  private listen(
+    options: AppOptions,
+    send: ((files: readonly File[], then?: (path: string) => void) => void) | null,
+  ): void {
     const { signal } = this.ends;
     new ResizeObserver(() => this.store.touch("size")).observe(this.root);
     const size = new ResizeObserver(() => this.store.touch("size"));
@@ -170,7 +179,8 @@ export class App {
     // A button clicked by hand gives the keys back: space plays, it does not press the button again.
     this.root.addEventListener("click", (event) => {
       const button = event.target instanceof Element ? event.target.closest("button") : null;
-      if (button && event.detail > 0 && !button.classList.contains("handle") && !button.closest("dialog")) button.blur();
+      if (button && event.detail > 0 && !button.classList.contains("handle") && !button.closest("dialog"))
+        button.blur();
     });
     if (send) {
       let depth = 0;
@@ -253,7 +263,12 @@ export class App {
       const { playback } = store;
       if (playback.rate === 0) {
         const end = outputEnd(store.knots);
-        store.playback = seek({ ...playback, clock: "output" }, store.knots, store.inputEnd, clamp(playback.outputTime, 0, end));
+        store.playback = seek(
+          { ...playback, clock: "output" },
+          store.knots,
+          store.inputEnd,
+          clamp(playback.outputTime, 0, end),
+        );
         store.playback = { ...store.playback, clock: playback.clock };
       }
       changed.add("playhead");
@@ -303,7 +318,7 @@ export class App {
   }
 
   private cover(text: string): void {
-    delete this.veil.dataset["is"];
+    delete this.veil.dataset.is;
     this.veil.replaceChildren(make("p", {}, text));
     this.veil.hidden = false;
   }
@@ -311,12 +326,17 @@ export class App {
   /** A document whose clips can't be read has nothing to show; what mends it, at the top and at the side, is at hand. */
   private coverWithProblem(text: string): void {
     this.cover(text);
-    this.veil.dataset["is"] = "problem";
+    this.veil.dataset.is = "problem";
   }
 
   private say(kind: "info" | "warning" | "error", text: string): void {
     const close = make("button", { type: "button", class: "button bare", "aria-label": "Close" }, "✕");
-    const notice = make("div", { class: "notice", "data-kind": kind, role: kind === "info" ? "status" : "alert" }, make("p", {}, text), close);
+    const notice = make(
+      "div",
+      { class: "notice", "data-kind": kind, role: kind === "info" ? "status" : "alert" },
+      make("p", {}, text),
+      close,
+    );
     const gone = (): void => notice.remove();
     close.addEventListener("click", gone);
     // Bad news stays until it was read.
@@ -356,7 +376,11 @@ export class App {
     const { store } = this;
     if (!store.knots) return;
     const { clock } = store.playback;
-    store.playback = { ...seek({ ...store.playback, clock: "output" }, store.knots, store.inputEnd, outputTime), clock, rate: 0 };
+    store.playback = {
+      ...seek({ ...store.playback, clock: "output" }, store.knots, store.inputEnd, outputTime),
+      clock,
+      rate: 0,
+    };
     store.touch("playhead");
   }
 
@@ -389,7 +413,11 @@ export class App {
     const { store } = this;
     if (!store.knots || !store.document) return;
     const now = store.playback.outputTime;
-    const times = [outputStart(store.knots), ...store.document.keys.map((key) => key.output_time), outputEnd(store.knots)].sort((a, b) => a - b);
+    const times = [
+      outputStart(store.knots),
+      ...store.document.keys.map((key) => key.output_time),
+      outputEnd(store.knots),
+    ].sort((a, b) => a - b);
     const next = direction > 0 ? times.find((time) => time > now + 1e-6) : times.findLast((time) => time < now - 1e-6);
     if (next === undefined) return;
     this.scrub(next);
@@ -406,8 +434,10 @@ export class App {
     const { store, session } = this;
     const { selection, document } = store;
     if (!selection || !document) return;
-    if (selection.kind === "key") session.edit({ ...document, keys: document.keys.filter((key) => key.id !== selection.id) }, "delete key");
-    if (selection.kind === "lock") session.edit({ ...document, locks: document.locks.filter((lock) => lock.id !== selection.id) }, "delete lock");
+    if (selection.kind === "key")
+      session.edit({ ...document, keys: document.keys.filter((key) => key.id !== selection.id) }, "delete key");
+    if (selection.kind === "lock")
+      session.edit({ ...document, locks: document.locks.filter((lock) => lock.id !== selection.id) }, "delete lock");
     store.select(null);
   }
 
@@ -444,8 +474,16 @@ export class App {
       { keys: ["Ctrl+Z"], does: "Undo", action: () => session.undo() },
       { keys: ["Ctrl+Shift+Z", "Ctrl+Y"], does: "Redo", action: () => session.redo() },
       { keys: ["B"], does: "A or B: this warp, or the compared one", action: () => this.swap() },
-      { keys: ["C"], does: "The other clock", action: () => this.clock(store.playback.clock === "output" ? "input" : "output") },
-      { keys: ["V"], does: "Side by side, or overlaid", action: () => store.look({ layout: store.view.layout === "side" ? "over" : "side" }) },
+      {
+        keys: ["C"],
+        does: "The other clock",
+        action: () => this.clock(store.playback.clock === "output" ? "input" : "output"),
+      },
+      {
+        keys: ["V"],
+        does: "Side by side, or overlaid",
+        action: () => store.look({ layout: store.view.layout === "side" ? "over" : "side" }),
+      },
       { keys: ["T"], does: "Trails", action: () => store.look({ trails: !store.view.trails }) },
       { keys: ["O"], does: "Onion skins", action: () => store.look({ onion: !store.view.onion }) },
       { keys: ["+", "="], does: "Zoom in", action: () => this.timeline.zoomBy(0.7) },

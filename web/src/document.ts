@@ -104,7 +104,15 @@ export function setOption<K extends keyof Options>(document: Document, name: K, 
 
 /** Add a clip that gets the same warp. */
 export function addClip(document: Document, path: string): Document {
-  const clip: ClipFile = { path, role: "follow", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null };
+  const clip: ClipFile = {
+    path,
+    role: "follow",
+    first_frame: null,
+    last_frame: null,
+    fps: null,
+    skeleton: null,
+    up: null,
+  };
   return { ...document, clips: [...document.clips, clip] };
 }
 

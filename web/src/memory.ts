@@ -23,8 +23,10 @@ export function recall(name: string): string | null {
 
 export function remember(name: string, value: string): void {
   try {
-    if (acrossPorts) document.cookie = `${name}=${encodeURIComponent(value)}; path=/; max-age=31536000; samesite=strict`;
-    else localStorage.setItem(name, value);
+    if (acrossPorts) {
+      // biome-ignore lint/suspicious/noDocumentCookie: the store that could write it otherwise is not in every browser.
+      document.cookie = `${name}=${encodeURIComponent(value)}; path=/; max-age=31536000; samesite=strict`;
+    } else localStorage.setItem(name, value);
   } catch {
     // A browser that keeps nothing forgets the choice, no more.
   }

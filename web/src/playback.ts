@@ -1,7 +1,7 @@
 /** Where the playhead is, and how it moves: two clocks, linked or not. */
 
 import { clamp, snapped } from "./scale";
-import { inputAt, outputAt, outputEnd, outputStart, type Knots } from "./warp";
+import { inputAt, type Knots, outputAt, outputEnd, outputStart } from "./warp";
 
 /** Whose seconds are true seconds while playing. */
 export type ClockName = "output" | "input";
@@ -36,9 +36,7 @@ export function seek(state: PlaybackState, warp: Knots, inputEnd: number, time: 
     return { ...state, outputTime, inputTime };
   }
   const inputTime = clamp(time, 0, inputEnd);
-  const outputTime = state.linked
-    ? outputAt(warp, inputTime, state.outputTime)
-    : clamp(start + inputTime, start, end);
+  const outputTime = state.linked ? outputAt(warp, inputTime, state.outputTime) : clamp(start + inputTime, start, end);
   return { ...state, outputTime, inputTime };
 }
 

@@ -23,7 +23,9 @@ export function referencesOf(document: Document): readonly ReferenceFile[] {
 
 /** All of the clip itself, and nothing said about it: as the only reference the same as none. */
 function isBare({ path, first_frame, last_frame, mirror, joint_map, joints }: ReferenceFile): boolean {
-  return path === null && first_frame === null && last_frame === null && !mirror && joint_map === null && joints.length === 0;
+  return (
+    path === null && first_frame === null && last_frame === null && !mirror && joint_map === null && joints.length === 0
+  );
 }
 
 function withReferences(document: Document, references: readonly ReferenceFile[]): Document {
@@ -57,7 +59,11 @@ export function setReferenceFile(document: Document, index: number, path: string
 }
 
 /** Say which frames of a reference are imitated, as its file numbers them; null: all of them. */
-export function setReferenceRange(document: Document, index: number, range: { first: number; last: number } | null): Document {
+export function setReferenceRange(
+  document: Document,
+  index: number,
+  range: { first: number; last: number } | null,
+): Document {
   return changeReference(document, index, { first_frame: range?.first ?? null, last_frame: range?.last ?? null });
 }
 

@@ -1,16 +1,16 @@
 /** The talk with the server: changes go out one at a time, answers land in the store. */
 
-import { Gate, type AtNextFrame } from "./gate";
+import { type AtNextFrame, Gate } from "./gate";
 import {
-  VERSION,
-  readArrays,
   type ArrayMessage,
   type Browse,
   type Document,
   type Found,
   type Listing,
   type PageMessage,
+  readArrays,
   type TextMessage,
+  VERSION,
 } from "./messages";
 import type { Store } from "./store";
 
@@ -253,7 +253,9 @@ export class Session implements LinkEvents {
   }
 
   private settle(revision: number): void {
-    this.answeredMoves.push(...this.unansweredMoves.filter((one) => one.revision <= revision).flatMap((one) => one.moves));
+    this.answeredMoves.push(
+      ...this.unansweredMoves.filter((one) => one.revision <= revision).flatMap((one) => one.moves),
+    );
     this.unansweredMoves = this.unansweredMoves.filter((one) => one.revision > revision);
     this.answer(revision);
   }

@@ -37,11 +37,15 @@ function givesWay(field: Element | null, name: string): boolean {
 }
 
 function isTyping(field: Element | null): field is HTMLElement {
-  return field instanceof HTMLElement && field.dataset["typing"] === "true";
+  return field instanceof HTMLElement && field.dataset.typing === "true";
 }
 
 /** Listen on an element; returns what ends it. */
-export function listen(target: HTMLElement | Window, shortcuts: readonly Shortcut[], asleep: () => boolean): () => void {
+export function listen(
+  target: HTMLElement | Window,
+  shortcuts: readonly Shortcut[],
+  asleep: () => boolean,
+): () => void {
   const actions = new Map(shortcuts.flatMap((one) => one.keys.map((key) => [key, one.action] as const)));
   const pressed = (event: Event): void => {
     const key = event as KeyboardEvent;
@@ -50,7 +54,8 @@ export function listen(target: HTMLElement | Window, shortcuts: readonly Shortcu
     const name = keyName(key);
     if (takesText(focused) && !(name.startsWith("Ctrl+") && givesWay(focused, name))) return;
     // A button that has the focus is pressed by these.
-    if ((name === "Space" || name === "Enter") && focused?.matches("button:not(.handle), summary, [type=checkbox]")) return;
+    if ((name === "Space" || name === "Enter") && focused?.matches("button:not(.handle), summary, [type=checkbox]"))
+      return;
     if (focused?.matches("[type=range]") && name.startsWith("Arrow")) return;
     const action = actions.get(name);
     if (!action) return;

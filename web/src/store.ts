@@ -1,9 +1,9 @@
 /** What the page shows: one place that holds it, and says what changed. */
 
-import type { Clip, Curve, Document, Problem, State, Why } from "./messages";
-import { STILL, type PlaybackState } from "./playback";
-import { recall, remember } from "./memory";
 import { throughKeys } from "./document";
+import { recall, remember } from "./memory";
+import type { Clip, Curve, Document, Problem, State, Why } from "./messages";
+import { type PlaybackState, STILL } from "./playback";
 import { inputAt, type Knots } from "./warp";
 import type { Match } from "./why";
 

@@ -1,7 +1,7 @@
 /** Light or dark: as the person chose, else as the system has it; and the colours that canvases need. */
 
-import type { Clip } from "./messages";
 import { recall, remember } from "./memory";
+import type { Clip } from "./messages";
 
 export type ThemeChoice = "system" | "light" | "dark";
 
@@ -87,7 +87,7 @@ export class Theme {
   }
 
   private apply(): void {
-    this.root.dataset["theme"] = this.dark ? "dark" : "light";
+    this.root.dataset.theme = this.dark ? "dark" : "light";
     this.palette = this.read();
     this.changed();
   }

@@ -32,7 +32,11 @@ try {
 
   // Dragged, it changes what is shown at another time; the curve follows while it is held.
   await editor.scrub(0.3);
-  const before = { input: await editor.readout("input"), output: await editor.readout("output"), stage: await editor.stage() };
+  const before = {
+    input: await editor.readout("input"),
+    output: await editor.readout("output"),
+    stage: await editor.stage(),
+  };
   const from = await editor.centre(key);
   await page.mouse.move(from.x, from.y);
   await page.mouse.down();
@@ -182,7 +186,11 @@ try {
   const [joint] = await page.locator(".joints select").all();
   const automatic = (await joint.locator("option").first().innerText()).replace(/, by name.*/, "");
   const another = await joint.locator("option").evaluateAll(
-    (options, not) => options.map((option) => option.value).filter((value) => value !== "" && value !== not).at(-1),
+    (options, not) =>
+      options
+        .map((option) => option.value)
+        .filter((value) => value !== "" && value !== not)
+        .at(-1),
     automatic,
   );
   await joint.selectOption(another);
@@ -190,7 +198,13 @@ try {
   await shot("joints");
   assert.deepEqual(await stumbles(editor), []);
   await page.getByRole("button", { name: "Done" }).click();
-  const steps = ["change joint map", "choose reference range", "set reference weight", "add reference", "add reference"];
+  const steps = [
+    "change joint map",
+    "choose reference range",
+    "set reference weight",
+    "add reference",
+    "add reference",
+  ];
   for (const step of steps) {
     await page.getByRole("button", { name: `Undo ${step}` }).waitFor();
     await page.keyboard.press("Control+z");
@@ -202,7 +216,10 @@ try {
   await page.keyboard.press("Control+o");
   await page.getByRole("dialog").getByLabel("Path", { exact: true }).fill("/etc/walk.bvh");
   await page.getByRole("dialog").getByRole("button", { name: "Open", exact: true }).click();
-  await page.getByRole("alert").filter({ hasText: /type: retime edit .* --folder \/etc$/ }).waitFor();
+  await page
+    .getByRole("alert")
+    .filter({ hasText: /type: retime edit .* --folder \/etc$/ })
+    .waitFor();
   await shot("refused");
   await page.getByRole("button", { name: "Cancel" }).click();
 
@@ -232,7 +249,10 @@ try {
   await widget.ready();
   await until(() => widget.keys.first().getAttribute("aria-label"), movedLabel);
   // That bare document has no icon.
-  assert.deepEqual(widget.errors.filter((error) => !error.includes("404")), []);
+  assert.deepEqual(
+    widget.errors.filter((error) => !error.includes("404")),
+    [],
+  );
   await widget.frames(6);
   // Its style sheet came after it: the timeline is drawn in the theme's colours, not in black.
   const corner = await widget.canvas.evaluate((canvas) => [...canvas.getContext("2d").getImageData(2, 2, 1, 1).data]);
@@ -243,8 +263,15 @@ try {
   // A file that is dropped is opened.
   await page.evaluate(() => {
     const transfer = new DataTransfer();
-    transfer.items.add(new File(["time,a,b\n" + Array.from({ length: 90 }, (_, i) => `${(i / 30).toFixed(6)},${i % 7},${i}`).join("\n")], "dropped.csv"));
-    document.querySelector(".retime").dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+    transfer.items.add(
+      new File(
+        [`time,a,b\n${Array.from({ length: 90 }, (_, i) => `${(i / 30).toFixed(6)},${i % 7},${i}`).join("\n")}`],
+        "dropped.csv",
+      ),
+    );
+    document
+      .querySelector(".retime")
+      .dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
   });
   await page.getByRole("img", { name: "Stage: the channels of dropped as curves" }).waitFor({ timeout: 30_000 });
   await shot("dropped");
@@ -254,7 +281,10 @@ try {
   assert.equal((await stranger.goto(page.url()))?.status(), 403);
 
   assert.deepEqual(errors, []);
-  assert.deepEqual([...editor.hosts].filter((host) => !/^127\.0\.0\.1:\d+$/.test(host)), []);
+  assert.deepEqual(
+    [...editor.hosts].filter((host) => !/^127\.0\.0\.1:\d+$/.test(host)),
+    [],
+  );
   console.log(JSON.stringify({ project, exported, key: movedLabel, before: before.input, after: after.input }));
 } finally {
   await browser.close();

@@ -8,10 +8,10 @@ import {
   keyPlace,
   lengthInFrames,
   lengthText,
-  parseSpeed,
-  parseTime,
   parseLength,
   parseRate,
+  parseSpeed,
+  parseTime,
   rateValue,
   removeClip,
   setLength,
@@ -24,7 +24,9 @@ import { PLAIN_REFERENCE } from "../src/references";
 import { EMPTY } from "./empty";
 
 function withKeys(...outputTimes: number[]): Document {
-  const keys = outputTimes.map((time, i): Key => ({ id: `k${i + 1}`, input_time: time, output_time: time, speed: null }));
+  const keys = outputTimes.map(
+    (time, i): Key => ({ id: `k${i + 1}`, input_time: time, output_time: time, speed: null }),
+  );
   return { ...EMPTY, keys };
 }
 
@@ -50,8 +52,10 @@ describe("keys", () => {
 
 describe("where a dragged key lands", () => {
   const room = { inputEnd: 4, rate: 10, outputEnd: 3 };
-  const place = (wanted: { inputTime: number; outputTime: number }, snap = true): { input_time: number; output_time: number } =>
-    keyPlace(withKeys(1, 2), "k1", wanted, room, snap);
+  const place = (
+    wanted: { inputTime: number; outputTime: number },
+    snap = true,
+  ): { input_time: number; output_time: number } => keyPlace(withKeys(1, 2), "k1", wanted, room, snap);
 
   it("is on whole frames, or anywhere", () => {
     expect(place({ inputTime: 1.234, outputTime: 0.777 })).toEqual({ input_time: 1.2, output_time: 0.8 });
@@ -83,7 +87,10 @@ it("a group's clips follow, or are searched", () => {
 it("a clip that goes takes its counterparts along, and the others keep theirs", () => {
   const group = addClip(addClip(EMPTY, "b.bvh"), "c.bvh");
   const beside = (clip: number) => ({ clip, path: `like ${clip}`, fps: null, skeleton: null, up: null });
-  const imitating = { ...group, references: [{ ...PLAIN_REFERENCE, path: "a.bvh", counterparts: [beside(1), beside(2)] }] };
+  const imitating = {
+    ...group,
+    references: [{ ...PLAIN_REFERENCE, path: "a.bvh", counterparts: [beside(1), beside(2)] }],
+  };
   const left = removeClip(imitating, 1);
   expect(left.clips.map((clip) => clip.path)).toEqual(["walk.bvh", "c.bvh"]);
   expect(left.references[0]?.counterparts).toEqual([{ ...beside(2), clip: 1 }]);
@@ -158,7 +165,8 @@ describe("what people type", () => {
   ])("speeds %j", (text, speeds) => expect(parseSpeeds(text)).toEqual(speeds));
 
   it("speeds are shown as they are typed", () => {
-    for (const text of ["uncut", "1", "0.5-2"]) expect(speedsText(...(parseSpeeds(text) as [number, number]))).toBe(text);
+    for (const text of ["uncut", "1", "0.5-2"])
+      expect(speedsText(...(parseSpeeds(text) as [number, number]))).toBe(text);
   });
 });
 

@@ -3,7 +3,9 @@
 import type { Document } from "../src/messages";
 
 export const EMPTY: Document = {
-  clips: [{ path: "walk.bvh", role: "search", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null }],
+  clips: [
+    { path: "walk.bvh", role: "search", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null },
+  ],
   references: [],
   keys: [],
   locks: [],

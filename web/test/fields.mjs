@@ -9,7 +9,8 @@ import { join } from "node:path";
 import { Editor, launch, serve, stumbles, until } from "./editor.mjs";
 
 const { python, clips, wide, counterpart, project, elsewhere, folder, state, shots } = JSON.parse(process.argv[2]);
-const begin = (...names) => serve([python, "-m", "retime.cli.main", "edit", ...names, "--no-browser"], folder, { XDG_STATE_HOME: state });
+const begin = (...names) =>
+  serve([python, "-m", "retime.cli.main", "edit", ...names, "--no-browser"], folder, { XDG_STATE_HOME: state });
 
 const browser = await launch();
 let server = await begin(...clips, wide);
@@ -21,7 +22,9 @@ try {
 
   // Each figure of the group has a colour of its own, named by its tab; a signal has none.
   const tabs = page.getByRole("group", { name: "Clips" });
-  const colours = await tabs.locator(".dot").evaluateAll((dots) => dots.map((dot) => getComputedStyle(dot).backgroundColor));
+  const colours = await tabs
+    .locator(".dot")
+    .evaluateAll((dots) => dots.map((dot) => getComputedStyle(dot).backgroundColor));
   assert.equal(new Set(colours).size, 2);
   await shot("group");
 
@@ -97,7 +100,10 @@ try {
   await page.getByRole("group", { name: "References" }).getByRole("button", { name: "dropped", exact: true }).waitFor();
   await page.locator(".trouble:visible").waitFor();
   await editor.answered(() => page.keyboard.press("Control+z"));
-  await page.getByRole("group", { name: "References" }).getByRole("button", { name: "dropped", exact: true }).waitFor({ state: "detached" });
+  await page
+    .getByRole("group", { name: "References" })
+    .getByRole("button", { name: "dropped", exact: true })
+    .waitFor({ state: "detached" });
 
   const saved = join(folder, "group.retime");
   await page.keyboard.press("Control+s");
@@ -127,7 +133,10 @@ try {
   server = await begin("--project", project);
   const other = new Editor(await (await browser.newContext({ viewport: { width: 1280, height: 720 } })).newPage());
   await other.page.goto(server.address);
-  await other.page.locator(".veil").filter({ hasText: `type: retime edit --project ${project} --folder ${elsewhere}` }).waitFor();
+  await other.page
+    .locator(".veil")
+    .filter({ hasText: `type: retime edit --project ${project} --folder ${elsewhere}` })
+    .waitFor();
   await other.page.screenshot({ path: join(shots, "elsewhere.png") });
   await other.page.getByRole("button", { name: "away.bvh" }).click();
   await other.page.getByRole("dialog").getByRole("button", { name: "first.bvh", exact: true }).click();

@@ -54,7 +54,9 @@ try {
       most: Math.round(10 * Math.max(...waited)) / 10,
     };
   }
-  console.log(JSON.stringify({ ...found, idle_frames_a_second: idle, search: await page.locator(".why dd").last().innerText() }));
+  console.log(
+    JSON.stringify({ ...found, idle_frames_a_second: idle, search: await page.locator(".why dd").last().innerText() }),
+  );
 } finally {
   await browser.close();
   server.process.kill("SIGKILL");

@@ -34,14 +34,31 @@ describe("lines of many points", () => {
   });
 
   it("are drawn by their ends where they are straight", () => {
-    expect(drawn(Array.from({ length: 500 }, (_, i): Point => [i, 3 * i + 1]))).toEqual([[0, 1], [499, 1498]]);
+    expect(drawn(Array.from({ length: 500 }, (_, i): Point => [i, 3 * i + 1]))).toEqual([
+      [0, 1],
+      [499, 1498],
+    ]);
   });
 
   it("keep steps upright, and every corner", () => {
-    const stairs: Point[] = [[0, 0], [5, 0], [5, 8], [9, 8], [9, 3], [9, 3.05], [14, 3]];
+    const stairs: Point[] = [
+      [0, 0],
+      [5, 0],
+      [5, 8],
+      [9, 8],
+      [9, 3],
+      [9, 3.05],
+      [14, 3],
+    ];
     const line = drawn(stairs);
     for (const point of stairs) expect(miss(line, point)).toBeLessThan(0.16);
-    for (const corner of [[5, 0], [5, 8], [9, 8], [9, 3]]) expect(line).toContainEqual(corner);
+    for (const corner of [
+      [5, 0],
+      [5, 8],
+      [9, 8],
+      [9, 3],
+    ])
+      expect(line).toContainEqual(corner);
   });
 
   it("of one point or none draw what there is", () => {

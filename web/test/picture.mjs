@@ -4,7 +4,9 @@ import { Editor, launch, serve } from "./editor.mjs";
 
 const { python, clip, folder, state, picture } = JSON.parse(process.argv[2]);
 const browser = await launch();
-const server = await serve([python, "-m", "retime.cli.main", "edit", clip, "--no-browser"], folder, { XDG_STATE_HOME: state });
+const server = await serve([python, "-m", "retime.cli.main", "edit", clip, "--no-browser"], folder, {
+  XDG_STATE_HOME: state,
+});
 try {
   const editor = await Editor.open(browser, server.address, { width: 1280, height: 760, scale: 1.25 });
   const { page } = editor;

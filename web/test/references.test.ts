@@ -35,7 +35,10 @@ describe("references", () => {
 
   it("change one at a time", () => {
     const changed = changeReference(two, 1, { weight: 2, mirror: true });
-    expect(changed.references.map((one) => [one.weight, one.mirror])).toEqual([[1, false], [2, true]]);
+    expect(changed.references.map((one) => [one.weight, one.mirror])).toEqual([
+      [1, false],
+      [2, true],
+    ]);
     expect(two.references[1]?.weight).toBe(1);
   });
 
@@ -51,7 +54,12 @@ describe("references", () => {
   });
 
   it("forget frames and joints of a file that another one replaces, and keep weight and mirror", () => {
-    const said = setJoint(setReferenceRange(changeReference(two, 0, { weight: 3, mirror: true }), 0, { first: 1, last: 9 }), 0, "Hips", "root");
+    const said = setJoint(
+      setReferenceRange(changeReference(two, 0, { weight: 3, mirror: true }), 0, { first: 1, last: 9 }),
+      0,
+      "Hips",
+      "root",
+    );
     expect(setReferenceFile(said, 0, "hop.bvh").references[0]).toMatchObject({
       path: "hop.bvh",
       weight: 3,
@@ -72,7 +80,10 @@ describe("references", () => {
 
   it("have a counterpart for each clip of a group", () => {
     const both = setCounterpart(setCounterpart(two, 0, 2, "c.bvh"), 0, 1, "b.bvh");
-    expect(both.references[0]?.counterparts.map((one) => [one.clip, one.path])).toEqual([[1, "b.bvh"], [2, "c.bvh"]]);
+    expect(both.references[0]?.counterparts.map((one) => [one.clip, one.path])).toEqual([
+      [1, "b.bvh"],
+      [2, "c.bvh"],
+    ]);
     expect(setCounterpart(both, 0, 1, null).references[0]?.counterparts.map((one) => one.clip)).toEqual([2]);
   });
 });
@@ -111,7 +122,14 @@ describe("a reference in its own time", () => {
   store.document = setReferenceRange(store.document, 1, { first: 11, last: 21 });
 
   it("is all of its file, and the range that the document says", () => {
-    expect(referenceSpan(store)).toMatchObject({ source: 0, lastTime: 10, start: 0, end: 3, offset: 0, firstFrame: 101 });
+    expect(referenceSpan(store)).toMatchObject({
+      source: 0,
+      lastTime: 10,
+      start: 0,
+      end: 3,
+      offset: 0,
+      firstFrame: 101,
+    });
     store.look({ reference: 1 });
     expect(referenceSpan(store)).toMatchObject({ source: 1, lastTime: 4, start: 1, end: 2, offset: 1, firstFrame: 1 });
     // One that is gone gives way to the last there is.

@@ -1,7 +1,17 @@
 import { describe, expect, it, vi } from "vitest";
 import type { Clip, Why } from "../src/messages";
-import { groundMove, mirrored, moved, pairsByName, pairsOf, poseAt, sideOf, sidesOf, trailNodes } from "../src/stage/align";
-import { keyName, listen, shownKey, type Shortcut } from "../src/shortcuts";
+import { keyName, listen, type Shortcut, shownKey } from "../src/shortcuts";
+import {
+  groundMove,
+  mirrored,
+  moved,
+  pairsByName,
+  pairsOf,
+  poseAt,
+  sideOf,
+  sidesOf,
+  trailNodes,
+} from "../src/stage/align";
 import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../src/why";
 
 /** A clip of a few nodes; positions are given frame by frame. */
@@ -37,18 +47,37 @@ describe("a reference laid over the output", () => {
 
   it("is matched as the search matched it, the sides swapped in a mirror", () => {
     const matched = { ...other, counterparts: ["b", "", "a"] };
-    expect(pairsOf(matched, clip)).toEqual([[1, 0], [0, 2]]);
-    expect(pairsOf(matched, clip, true)).toEqual([[1, 0], [0, 1]]);
+    expect(pairsOf(matched, clip)).toEqual([
+      [1, 0],
+      [0, 2],
+    ]);
+    expect(pairsOf(matched, clip, true)).toEqual([
+      [1, 0],
+      [0, 1],
+    ]);
   });
 
   it("is matched by name where nobody matched it", () => {
-    expect(pairsOf({ ...other, names: ["RightFoot", "Hips", "x"] }, clip)).toEqual([[0, 2], [1, 0]]);
-    expect(pairsOf({ ...other, names: ["RightFoot", "Hips", "x"] }, clip, true)).toEqual([[0, 1], [1, 0]]);
+    expect(pairsOf({ ...other, names: ["RightFoot", "Hips", "x"] }, clip)).toEqual([
+      [0, 2],
+      [1, 0],
+    ]);
+    expect(pairsOf({ ...other, names: ["RightFoot", "Hips", "x"] }, clip, true)).toEqual([
+      [0, 1],
+      [1, 0],
+    ]);
   });
 });
 
 describe("poses", () => {
-  const clip = clipOf(["hips"], [-1], [[0, 0, 0], [2, 4, 6]]);
+  const clip = clipOf(
+    ["hips"],
+    [-1],
+    [
+      [0, 0, 0],
+      [2, 4, 6],
+    ],
+  );
 
   it("are between frames, and held at the ends", () => {
     expect([...poseAt(clip, 0.05, new Float32Array(3))]).toEqual([1, 2, 3]);
@@ -98,9 +127,18 @@ describe("names of nodes", () => {
   });
 
   it("pair with the same, with the other side where mirrored, or by place", () => {
-    expect(pairsByName(["Hips", "LeftArm"], ["leftarm", "hips"])).toEqual([[0, 1], [1, 0]]);
-    expect(pairsByName(["LeftArm", "RightArm"], ["LeftArm", "RightArm"], true)).toEqual([[0, 1], [1, 0]]);
-    expect(pairsByName(["a", "b"], ["c", "d"])).toEqual([[0, 0], [1, 1]]);
+    expect(pairsByName(["Hips", "LeftArm"], ["leftarm", "hips"])).toEqual([
+      [0, 1],
+      [1, 0],
+    ]);
+    expect(pairsByName(["LeftArm", "RightArm"], ["LeftArm", "RightArm"], true)).toEqual([
+      [0, 1],
+      [1, 0],
+    ]);
+    expect(pairsByName(["a", "b"], ["c", "d"])).toEqual([
+      [0, 0],
+      [1, 1],
+    ]);
     expect(pairsByName(["a", "b"], ["c"])).toEqual([]);
   });
 });
@@ -157,8 +195,10 @@ describe("why", () => {
 });
 
 describe("shortcuts", () => {
-  const press = (key: string, held: Partial<Record<"ctrlKey" | "metaKey" | "shiftKey" | "altKey", boolean>> = {}): string =>
-    keyName({ key, ctrlKey: false, metaKey: false, shiftKey: false, altKey: false, ...held });
+  const press = (
+    key: string,
+    held: Partial<Record<"ctrlKey" | "metaKey" | "shiftKey" | "altKey", boolean>> = {},
+  ): string => keyName({ key, ctrlKey: false, metaKey: false, shiftKey: false, altKey: false, ...held });
 
   it("are named as the table has them", () => {
     expect(press(" ")).toBe("Space");
@@ -200,7 +240,12 @@ describe("shortcuts", () => {
     const shortcut = (name: string): Shortcut => ({ keys: [name], does: "", action: () => did.push(name) });
     listen(field as unknown as HTMLElement, ["K", "Ctrl+Z", "Ctrl+S", "Ctrl+A"].map(shortcut), () => false);
     const press = (key: string, ctrlKey: boolean): void => {
-      const event = Object.assign(new Event("keydown", { cancelable: true }), { key, ctrlKey, metaKey: false, altKey: false });
+      const event = Object.assign(new Event("keydown", { cancelable: true }), {
+        key,
+        ctrlKey,
+        metaKey: false,
+        altKey: false,
+      });
       Object.defineProperty(event, "target", { value: field });
       field.dispatchEvent(event);
     };
@@ -208,7 +253,7 @@ describe("shortcuts", () => {
     press("a", true);
     press("z", true);
     expect(did).toEqual(["Ctrl+Z"]);
-    field.dataset["typing"] = "true";
+    field.dataset.typing = "true";
     press("z", true);
     press("s", true);
     expect(did).toEqual(["Ctrl+Z", "Ctrl+S"]);

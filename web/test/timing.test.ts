@@ -1,7 +1,17 @@
 import { describe, expect, it } from "vitest";
-import { advance, seek, shuttle, step, STILL } from "../src/playback";
+import { advance, STILL, seek, shuttle, step } from "../src/playback";
 import { clamp, panned, snapped, ticks, timeLabel, toPixels, toValue, within, zoomed } from "../src/scale";
-import { inputView, inputY, inputTimeAt, layoutOf, outputTimeAt, outputX, speedAtY, speedView, speedY } from "../src/timeline/layout";
+import {
+  inputTimeAt,
+  inputView,
+  inputY,
+  layoutOf,
+  outputTimeAt,
+  outputX,
+  speedAtY,
+  speedView,
+  speedY,
+} from "../src/timeline/layout";
 
 const HALF = { outputTimes: Float64Array.of(0, 2), inputTimes: Float64Array.of(0, 4) };
 
@@ -93,7 +103,9 @@ describe("the timeline's layout", () => {
 
   it("has room for everything, one below the other", () => {
     const boxes = [layout.ruler, layout.map, layout.speed, layout.heat, layout.reference];
-    boxes.slice(1).forEach((box, i) => expect(box.y).toBeGreaterThanOrEqual((boxes[i]?.y ?? 0) + (boxes[i]?.height ?? 0)));
+    boxes
+      .slice(1)
+      .forEach((box, i) => expect(box.y).toBeGreaterThanOrEqual((boxes[i]?.y ?? 0) + (boxes[i]?.height ?? 0)));
     expect(layout.reference.y + layout.reference.height).toBeLessThanOrEqual(320);
   });
 

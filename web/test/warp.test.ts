@@ -1,9 +1,12 @@
 import { describe, expect, it } from "vitest";
-import { inputAt, outputAt, pieceAt, slopes, speedAt, type Knots } from "../src/warp";
+import { inputAt, type Knots, outputAt, pieceAt, slopes, speedAt } from "../src/warp";
 import golden from "./warp_golden.json";
 
 describe.each(golden.cases)("a warp with $name", (one) => {
-  const warp: Knots = { outputTimes: Float64Array.from(one.output_times), inputTimes: Float64Array.from(one.input_times) };
+  const warp: Knots = {
+    outputTimes: Float64Array.from(one.output_times),
+    inputTimes: Float64Array.from(one.input_times),
+  };
 
   it("shows what Python's shows", () => {
     one.at.forEach((time, i) => expect(inputAt(warp, time)).toBeCloseTo(one.shows[i] as number, 12));
@@ -15,10 +18,14 @@ describe.each(golden.cases)("a warp with $name", (one) => {
 });
 
 describe("the inverse", () => {
-  const bent: Knots = { outputTimes: Float64Array.of(0, 1, 1.5, 2.5, 3), inputTimes: Float64Array.of(0, 1, 1, 0.25, 2) };
+  const bent: Knots = {
+    outputTimes: Float64Array.of(0, 1, 1.5, 2.5, 3),
+    inputTimes: Float64Array.of(0, 1, 1, 0.25, 2),
+  };
 
   it("is where the warp shows the time", () => {
-    for (const wanted of [0, 0.2, 0.6, 1, 1.5, 2]) expect(inputAt(bent, outputAt(bent, wanted))).toBeCloseTo(wanted, 12);
+    for (const wanted of [0, 0.2, 0.6, 1, 1.5, 2])
+      expect(inputAt(bent, outputAt(bent, wanted))).toBeCloseTo(wanted, 12);
   });
 
   it("takes the nearest of several", () => {
@@ -42,5 +49,7 @@ it("finds pieces, the last one at the end", () => {
 });
 
 it("knows the slope of each piece", () => {
-  expect([...slopes({ outputTimes: Float64Array.of(0, 1, 3), inputTimes: Float64Array.of(0, 2, 1) })]).toEqual([2, -0.5]);
+  expect([...slopes({ outputTimes: Float64Array.of(0, 1, 3), inputTimes: Float64Array.of(0, 2, 1) })]).toEqual([
+    2, -0.5,
+  ]);
 });

@@ -31,12 +31,20 @@ export class ChannelList {
       open = new AbortController();
       const { signal } = open;
       const page = this.root.ownerDocument;
-      page.addEventListener("pointerdown", ({ target }) => {
-        if (!(target instanceof Node && this.root.contains(target))) this.root.open = false;
-      }, { signal });
-      page.addEventListener("keydown", ({ key }) => {
-        if (key === "Escape") this.root.open = false;
-      }, { signal });
+      page.addEventListener(
+        "pointerdown",
+        ({ target }) => {
+          if (!(target instanceof Node && this.root.contains(target))) this.root.open = false;
+        },
+        { signal },
+      );
+      page.addEventListener(
+        "keydown",
+        ({ key }) => {
+          if (key === "Escape") this.root.open = false;
+        },
+        { signal },
+      );
     });
     this.root.addEventListener("focusout", (event) => {
       if (event.relatedTarget instanceof Node && !this.root.contains(event.relatedTarget)) this.root.open = false;
@@ -46,7 +54,7 @@ export class ChannelList {
   update(): void {
     const clip = this.store.clips[this.store.view.clip] ?? this.store.clip;
     this.root.hidden = clip?.holds !== "signal";
-    if (!clip || clip.holds !== "signal") return;
+    if (clip?.holds !== "signal") return;
     if (clip !== this.made) this.build(clip);
     const shown = new Set(shownChannels(this.store, clip));
     setText(this.summary, `${shown.size} of ${clip.names.length} channels`);

@@ -7,7 +7,7 @@ import type { ClipFile, Document } from "../messages";
 import type { Session } from "../session";
 import type { Store } from "../store";
 import type { Dialogs } from "./dialogs";
-import { readingFields, type ReadingFields } from "./reading";
+import { type ReadingFields, readingFields } from "./reading";
 import { dot, fileName } from "./top";
 
 interface Row {
@@ -29,9 +29,18 @@ export class ClipPanel {
     private readonly session: Session,
     private readonly dialogs: Dialogs,
   ) {
-    this.add = make("button", { type: "button", class: "button", title: "Another clip that gets the same warp: a second character, a camera" }, icon("plus"), "Add");
+    this.add = make(
+      "button",
+      { type: "button", class: "button", title: "Another clip that gets the same warp: a second character, a camera" },
+      icon("plus"),
+      "Add",
+    );
     this.add.addEventListener("click", () =>
-      dialogs.showOpen({ title: "Add a clip", holds: "clip", take: (path) => session.edit(addClip(this.document, path), "add clip") }),
+      dialogs.showOpen({
+        title: "Add a clip",
+        holds: "clip",
+        take: (path) => session.edit(addClip(this.document, path), "add clip"),
+      }),
     );
   }
 
@@ -50,8 +59,8 @@ export class ClipPanel {
     this.rows.forEach((row, i) => {
       const file = clips[i] as ClipFile;
       const name = this.store.clips[i]?.name ?? fileName(file.path);
-      if (row.name.dataset["shown"] !== `${name} ${this.store.clips.length}`) {
-        row.name.dataset["shown"] = `${name} ${this.store.clips.length}`;
+      if (row.name.dataset.shown !== `${name} ${this.store.clips.length}`) {
+        row.name.dataset.shown = `${name} ${this.store.clips.length}`;
         row.name.replaceChildren(...[dot(this.store.clips, i), name].filter((part) => part !== null));
       }
       row.name.title = file.path;
@@ -76,7 +85,11 @@ export class ClipPanel {
     role.addEventListener("change", () =>
       session.edit(setRole(this.document, i, role.value === "search" ? "search" : "follow"), "choose role of clip"),
     );
-    const remove = make("button", { type: "button", class: "button bare", title: "Remove from the group" }, icon("trash"));
+    const remove = make(
+      "button",
+      { type: "button", class: "button bare", title: "Remove from the group" },
+      icon("trash"),
+    );
     remove.addEventListener("click", () => {
       store.look({ clip: 0 });
       session.edit(removeClip(this.document, i), "remove clip");

@@ -4,9 +4,9 @@ import { make, setText } from "../dom";
 import { icon } from "../icons";
 import type { Browse, Found, Listing } from "../messages";
 import type { Session } from "../session";
-import { shownKey, type Shortcut } from "../shortcuts";
+import { type Shortcut, shownKey } from "../shortcuts";
 import type { Store } from "../store";
-import { choice, check, textField, type Check, type Choice, type Field } from "./fields";
+import { type Check, type Choice, check, choice, type Field, textField } from "./fields";
 
 /** What a file is wanted for. */
 export interface Wanted {
@@ -100,7 +100,8 @@ export class Dialogs {
       : [this.open, this.openPath, this.openTrouble];
     if (!dialog.open || field.input.value.trim() !== path) return;
     const inTheWay = dialog === this.write && exists && !this.mayOverwrite && place !== this.store.state?.path;
-    const refused = reason ?? (inTheWay ? "This file is there already: choose another name, or tick the box to replace it." : null);
+    const refused =
+      reason ?? (inTheWay ? "This file is there already: choose another name, or tick the box to replace it." : null);
     setText(trouble, refused ?? "");
     trouble.hidden = refused === null;
     if (refused !== null) return;
@@ -131,7 +132,9 @@ export class Dialogs {
     const { folder, parent } = listing;
     this.files.replaceChildren(
       ...(parent === null ? [] : [entry("..", "up", () => this.session.browse(parent, this.wanted.holds))]),
-      ...listing.folders.map((name) => entry(name, "folder", () => this.session.browse(joined(folder, name), this.wanted.holds))),
+      ...listing.folders.map((name) =>
+        entry(name, "folder", () => this.session.browse(joined(folder, name), this.wanted.holds)),
+      ),
       ...listing.files.map((name) => entry(name, "file", () => this.ask(joined(folder, name)))),
     );
     if (this.write.open && this.writePath.input.value === "") this.suggest();
@@ -170,7 +173,11 @@ export class Dialogs {
       elsewhere.addEventListener("click", () => picker.click());
       footer.push(elsewhere, picker, make("span", { class: "gap" }));
     }
-    const body = form(this.openTitle, [this.folder, this.files, this.openPath.row, this.openTrouble], [...footer, closeButton(dialog, "Cancel"), go]);
+    const body = form(
+      this.openTitle,
+      [this.folder, this.files, this.openPath.row, this.openTrouble],
+      [...footer, closeButton(dialog, "Cancel"), go],
+    );
     body.addEventListener("submit", (event) => {
       event.preventDefault();
       const path = this.openPath.input.value.trim();

@@ -16,23 +16,30 @@ export interface Field {
 /** A field for text; `commit` says whether it could make sense of it. */
 export function textField(label: string, hint: string, commit: (text: string) => boolean): Field {
   const id = `retime-field-${++count}`;
-  const input = make("input", { id, class: "field", type: "text", spellcheck: "false", autocomplete: "off", title: hint });
+  const input = make("input", {
+    id,
+    class: "field",
+    type: "text",
+    spellcheck: "false",
+    autocomplete: "off",
+    title: hint,
+  });
   const trouble = make("p", { id: `${id}-trouble`, class: "refused", hidden: true });
   let shown = "";
   let refused = false;
   const mark = (): void => setAttribute(input, "aria-invalid", refused || !trouble.hidden ? "true" : null);
   const take = (): void => {
-    input.dataset["typing"] = "false";
+    input.dataset.typing = "false";
     refused = input.value !== shown && !commit(input.value.trim());
     mark();
   };
   input.addEventListener("change", take);
-  input.addEventListener("input", () => (input.dataset["typing"] = String(input.value !== shown)));
+  input.addEventListener("input", () => (input.dataset.typing = String(input.value !== shown)));
   input.addEventListener("keydown", (event) => {
     // Keys with Control are the page's, as far as the field lets it have them.
     if (!event.ctrlKey && !event.metaKey) event.stopPropagation();
     if (event.key === "Escape") {
-      input.dataset["typing"] = "false";
+      input.dataset.typing = "false";
       input.value = shown;
       refused = false;
       mark();
@@ -50,7 +57,7 @@ export function textField(label: string, hint: string, commit: (text: string) =>
       if (text === shown && input.value === text) return;
       shown = text;
       const focused = document.activeElement === input;
-      if (focused && input.dataset["typing"] === "true") return;
+      if (focused && input.dataset.typing === "true") return;
       refused = false;
       mark();
       if (input.value === text) return;

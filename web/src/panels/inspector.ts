@@ -26,7 +26,7 @@ import type { Companion, Store, Topic } from "../store";
 import { speedAt } from "../warp";
 import { ClipPanel } from "./clips";
 import type { Dialogs } from "./dialogs";
-import { check, choice, slider, textField, type Field } from "./fields";
+import { check, choice, type Field, slider, textField } from "./fields";
 import { ReferencePanel } from "./references";
 
 /** Hz. */
@@ -46,12 +46,54 @@ interface NumberOption {
 
 /** Numbers of the search that few people need. */
 const NUMBERS: readonly NumberOption[] = [
-  { name: "time_scale", label: "Time scale", hint: "How much velocity weighs against pose, seconds", usual: "0.2 s", least: 0, whole: false },
-  { name: "low_pass", label: "Low-pass", hint: "Cutoff of the filter that the search looks through, Hz; 0 is off", usual: "4 Hz", least: 0, whole: false },
-  { name: "n_neighbors", label: "Neighbours", hint: "Reference frames averaged in a score", usual: "3", least: 1, whole: true },
-  { name: "max_skip", label: "Longest skip", hint: "max_skip: the largest step between frames that the search may take", usual: "as needed", least: 1, whole: true },
-  { name: "upsample", label: "Upsampling", hint: "upsample: frames offered for each one of the input, so that it may be slowed down to one part in so many", usual: "as needed", least: 1, whole: true },
-  { name: "smoothing", label: "Smoothing", hint: "Output frames, at the analysis rate, averaged to smooth the steps; 0 is off", usual: "5", least: 0, whole: true },
+  {
+    name: "time_scale",
+    label: "Time scale",
+    hint: "How much velocity weighs against pose, seconds",
+    usual: "0.2 s",
+    least: 0,
+    whole: false,
+  },
+  {
+    name: "low_pass",
+    label: "Low-pass",
+    hint: "Cutoff of the filter that the search looks through, Hz; 0 is off",
+    usual: "4 Hz",
+    least: 0,
+    whole: false,
+  },
+  {
+    name: "n_neighbors",
+    label: "Neighbours",
+    hint: "Reference frames averaged in a score",
+    usual: "3",
+    least: 1,
+    whole: true,
+  },
+  {
+    name: "max_skip",
+    label: "Longest skip",
+    hint: "max_skip: the largest step between frames that the search may take",
+    usual: "as needed",
+    least: 1,
+    whole: true,
+  },
+  {
+    name: "upsample",
+    label: "Upsampling",
+    hint: "upsample: frames offered for each one of the input, so that it may be slowed down to one part in so many",
+    usual: "as needed",
+    least: 1,
+    whole: true,
+  },
+  {
+    name: "smoothing",
+    label: "Smoothing",
+    hint: "Output frames, at the analysis rate, averaged to smooth the steps; 0 is off",
+    usual: "5",
+    least: 0,
+    whole: true,
+  },
 ];
 
 export class Inspector {
@@ -110,7 +152,11 @@ export class Inspector {
       if (key) session.edit(changeKey(this.document, key.id, part), label);
       return key !== null;
     };
-    const remove = make("button", { type: "button", class: "button bare", "aria-label": "Delete keytime", title: "Delete keytime (Delete)" }, icon("trash"));
+    const remove = make(
+      "button",
+      { type: "button", class: "button bare", "aria-label": "Delete keytime", title: "Delete keytime (Delete)" },
+      icon("trash"),
+    );
     remove.addEventListener("click", () => {
       const key = selected();
       if (!key) return;
@@ -147,10 +193,17 @@ export class Inspector {
         output.show(key.output_time.toFixed(3));
         input.show(key.input_time.toFixed(3));
         speed.show(key.speed === null ? "" : String(key.speed));
-        speed.input.placeholder = store.knots ? `free, ${speedAt(store.knots, key.output_time).toFixed(2)} now` : "free";
+        speed.input.placeholder = store.knots
+          ? `free, ${speedAt(store.knots, key.output_time).toFixed(2)} now`
+          : "free";
       } else {
         setText(title, "Keytime");
-        setText(note, this.document.keys.length > 0 ? "Click a keytime to type its times." : "Press I to put one at the playhead, or double-click the map.");
+        setText(
+          note,
+          this.document.keys.length > 0
+            ? "Click a keytime to type its times."
+            : "Press I to put one at the playhead, or double-click the map.",
+        );
       }
     };
   }
@@ -158,12 +211,16 @@ export class Inspector {
   private timingSection(): () => void {
     const { store, session } = this;
     const { body } = this.section("Timing");
-    const length = textField("Length", "65%, 9.3s, 280f or free. Empty: after the last keytime the input plays on", (text) => {
-      const written = text === "" || text.toLowerCase() === "free" ? text.toLowerCase() : parseLength(text);
-      if (written === null) return false;
-      session.edit(setLength(this.document, written === "" ? null : written), "set length");
-      return true;
-    });
+    const length = textField(
+      "Length",
+      "65%, 9.3s, 280f or free. Empty: after the last keytime the input plays on",
+      (text) => {
+        const written = text === "" || text.toLowerCase() === "free" ? text.toLowerCase() : parseLength(text);
+        if (written === null) return false;
+        session.edit(setLength(this.document, written === "" ? null : written), "set length");
+        return true;
+      },
+    );
     length.input.placeholder = "as the keys say";
     const bound = (name: "min_length" | "max_length", label: string, hint: string): Field => {
       const field = textField(label, hint, (text) => {
@@ -175,17 +232,27 @@ export class Inspector {
       field.input.placeholder = "no bound";
       return this.named(name, field);
     };
-    const least = bound("min_length", "At least", "The free length is no shorter than this: 65%, 9.3s, 280f. Empty: no bound");
-    const most = bound("max_length", "At most", "The free length is no longer than this: 65%, 9.3s, 280f. Empty: no bound");
+    const least = bound(
+      "min_length",
+      "At least",
+      "The free length is no shorter than this: 65%, 9.3s, 280f. Empty: no bound",
+    );
+    const most = bound(
+      "max_length",
+      "At most",
+      "The free length is no longer than this: 65%, 9.3s, 280f. Empty: no bound",
+    );
     const weighed = choice<"neutral" | "sum">("Weighed", "How a free length weighs frames", (value) =>
       session.edit({ ...this.document, free_weight: value }, "weigh free length"),
     );
     let gesture = "";
-    const slide = (apply: (value: number) => Document, label: string) => (value: number, done: boolean): void => {
-      gesture ||= session.newGesture();
-      session.edit(apply(value), label, gesture, done);
-      if (done) gesture = "";
-    };
+    const slide =
+      (apply: (value: number) => Document, label: string) =>
+      (value: number, done: boolean): void => {
+        gesture ||= session.newGesture();
+        session.edit(apply(value), label, gesture, done);
+        if (done) gesture = "";
+      };
     const influence = slider(
       "Influence",
       "0 is the spline through the keytimes, 1 the guided warp",
@@ -204,8 +271,12 @@ export class Inspector {
       session.edit(setOption(this.document, name, value), "set speed limits");
       return true;
     };
-    const slowest = textField("Slowest", "Speed limit for the whole clip: 0.5, 1/2, 50%. Empty: none", (text) => limit("slowest", text));
-    const fastest = textField("Fastest", "Speed limit for the whole clip: 2, 200%. Empty: none", (text) => limit("fastest", text));
+    const slowest = textField("Slowest", "Speed limit for the whole clip: 0.5, 1/2, 50%. Empty: none", (text) =>
+      limit("slowest", text),
+    );
+    const fastest = textField("Fastest", "Speed limit for the whole clip: 2, 200%. Empty: none", (text) =>
+      limit("fastest", text),
+    );
     slowest.input.placeholder = fastest.input.placeholder = "none";
     this.named("options.slowest", slowest);
     this.named("options.fastest", fastest);
@@ -231,7 +302,10 @@ export class Inspector {
       const { options } = this.document;
       length.show(this.document.length ?? "");
       const free = this.document.length === "free";
-      for (const [field, value] of [[least, this.document.min_length], [most, this.document.max_length]] as const) {
+      for (const [field, value] of [
+        [least, this.document.min_length],
+        [most, this.document.max_length],
+      ] as const) {
         field.row.hidden = !free && value === null;
         field.show(value ?? "");
       }
@@ -255,7 +329,16 @@ export class Inspector {
 
   private lockSection(): () => void {
     const { store, session } = this;
-    const add = make("button", { type: "button", class: "button bare", "aria-label": "Add lock at the playhead", title: "Lock a second around the playhead" }, icon("plus"));
+    const add = make(
+      "button",
+      {
+        type: "button",
+        class: "button bare",
+        "aria-label": "Add lock at the playhead",
+        title: "Lock a second around the playhead",
+      },
+      icon("plus"),
+    );
     add.addEventListener("click", () => {
       const middle = store.playback.inputTime;
       const start = clamp(middle - 0.5, 0, Math.max(0, store.inputEnd - 1));
@@ -265,7 +348,13 @@ export class Inspector {
     });
     const { body } = this.section("Locked spans", add);
     const rows = make("div");
-    const heads = make("div", { class: "heads", "aria-hidden": true }, make("span", {}, "from"), make("span", {}, "to"), make("span", {}, "speed"));
+    const heads = make(
+      "div",
+      { class: "heads", "aria-hidden": true },
+      make("span", {}, "from"),
+      make("span", {}, "to"),
+      make("span", {}, "speed"),
+    );
     const note = make("p", { class: "note" }, "Drag along the input times to keep a span at its speed.");
     body.append(heads, rows, note);
     const made = new Map<string, { row: HTMLElement; show: () => void }>();
@@ -286,9 +375,17 @@ export class Inspector {
         const speeds = parseSpeeds(text);
         return speeds !== null && change({ slowest: speeds[0], fastest: speeds[1] });
       });
-      const remove = make("button", { type: "button", class: "button bare", "aria-label": "Delete lock", title: "Delete lock" }, icon("trash"));
+      const remove = make(
+        "button",
+        { type: "button", class: "button bare", "aria-label": "Delete lock", title: "Delete lock" },
+        icon("trash"),
+      );
       remove.addEventListener("click", () => session.edit(deleteLock(this.document, id), "delete lock"));
-      for (const [field, name] of [[from, "Lock from"], [to, "Lock to"], [speed, "Lock speed"]] as const) {
+      for (const [field, name] of [
+        [from, "Lock from"],
+        [to, "Lock to"],
+        [speed, "Lock speed"],
+      ] as const) {
         field.input.setAttribute("aria-label", name);
         field.input.addEventListener("focus", () => store.select({ kind: "lock", id }));
       }
@@ -336,7 +433,12 @@ export class Inspector {
 
   private compareSection(): () => void {
     const { store, session } = this;
-    const keep = make("button", { type: "button", class: "button", title: "Keep this warp, to compare later ones with" }, icon("plus"), "Keep");
+    const keep = make(
+      "button",
+      { type: "button", class: "button", title: "Keep this warp, to compare later ones with" },
+      icon("plus"),
+      "Keep",
+    );
     keep.addEventListener("click", () => {
       const names = new Set(this.document.kept.map((one) => one.name));
       let n = 1;
@@ -345,7 +447,9 @@ export class Inspector {
     });
     const { body } = this.section("Compare with", keep);
     const other = choice<string>("Beside it", "What stands beside the output on the stage", (value) => {
-      const companion: Companion = value.startsWith("kept:") ? { kept: value.slice(5) } : (value as "input" | "linear" | "spline");
+      const companion: Companion = value.startsWith("kept:")
+        ? { kept: value.slice(5) }
+        : (value as "input" | "linear" | "spline");
       store.look({ companion, showB: false });
     });
     const name = textField("Name", "What to call the version", (text) => {
@@ -355,11 +459,18 @@ export class Inspector {
       session.edit({ ...this.document, kept }, "rename version");
       return true;
     });
-    const drop = make("button", { type: "button", class: "button bare", "aria-label": "Forget this version", title: "Forget this version" }, icon("trash"));
+    const drop = make(
+      "button",
+      { type: "button", class: "button bare", "aria-label": "Forget this version", title: "Forget this version" },
+      icon("trash"),
+    );
     drop.addEventListener("click", () => {
       const { companion } = store.view;
       if (typeof companion === "string") return;
-      session.edit({ ...this.document, kept: this.document.kept.filter((one) => one.id !== companion.kept) }, "forget version");
+      session.edit(
+        { ...this.document, kept: this.document.kept.filter((one) => one.id !== companion.kept) },
+        "forget version",
+      );
       store.look({ companion: "input", showB: false });
     });
     const pair = make("span", { class: "pair" }, name.input, drop);
@@ -408,8 +519,10 @@ export class Inspector {
   private searchSection(): () => void {
     const { session } = this;
     const { body } = this.section("Search");
-    const method = choice<"guided" | "linear" | "spline">("Method", "Search for a warp, or only join the keytimes", (value) =>
-      session.edit(setOption(this.document, "method", value), "choose method"),
+    const method = choice<"guided" | "linear" | "spline">(
+      "Method",
+      "Search for a warp, or only join the keytimes",
+      (value) => session.edit(setOption(this.document, "method", value), "choose method"),
     );
     const score = choice<"joint" | "conditional">("Score", "What makes a frame's speed look right", (value) =>
       session.edit(setOption(this.document, "score", value), "choose score"),
@@ -417,19 +530,25 @@ export class Inspector {
     const features = choice<"" | "torso" | "heading" | "signal">("Pose", "In which space poses are compared", (value) =>
       session.edit(setOption(this.document, "features", value === "" ? null : value), "choose pose space"),
     );
-    const rate = textField("Analysis rate", `At how many Hz the search looks at the motion: 30, 29.97; ${FASTEST_ANALYSIS} at most. Empty: 30; the output keeps the clip's own`, (text) => {
-      const value = text === "" ? null : parseRate(text);
-      // A search at a rate far above any capture's would take for ever, and nobody could stop it.
-      if (text !== "" && (value === null || !(rateValue(value) >= 1 && rateValue(value) <= FASTEST_ANALYSIS))) return false;
-      session.edit(setOption(this.document, "rate", value), "set analysis rate");
-      return true;
-    });
+    const rate = textField(
+      "Analysis rate",
+      `At how many Hz the search looks at the motion: 30, 29.97; ${FASTEST_ANALYSIS} at most. Empty: 30; the output keeps the clip's own`,
+      (text) => {
+        const value = text === "" ? null : parseRate(text);
+        // A search at a rate far above any capture's would take for ever, and nobody could stop it.
+        if (text !== "" && (value === null || !(rateValue(value) >= 1 && rateValue(value) <= FASTEST_ANALYSIS)))
+          return false;
+        session.edit(setOption(this.document, "rate", value), "set analysis rate");
+        return true;
+      },
+    );
     rate.input.placeholder = "30 Hz";
     this.named("options.rate", rate);
     const numbers = NUMBERS.map(({ name, label, hint, usual, least, whole }) => {
       const field = textField(label, `${hint}. Empty: ${usual}`, (text) => {
         const value = text === "" ? null : Number(text.replace(/\s*(s|hz)$/iu, ""));
-        if (value !== null && !(Number.isFinite(value) && value >= least && (!whole || Number.isInteger(value)))) return false;
+        if (value !== null && !(Number.isFinite(value) && value >= least && (!whole || Number.isInteger(value))))
+          return false;
         session.edit(setOption(this.document, name, value), `set ${label.toLowerCase()}`);
         return true;
       });
@@ -437,7 +556,12 @@ export class Inspector {
       return { name, field: this.named(`options.${name}`, field) };
     });
     const set = make("span", { class: "note" });
-    const more = make("details", { class: "reading" }, make("summary", {}, "More", set), ...numbers.map(({ field }) => field.row));
+    const more = make(
+      "details",
+      { class: "reading" },
+      make("summary", {}, "More", set),
+      ...numbers.map(({ field }) => field.row),
+    );
     const average = check("Average where it is sped up", "Blends the frames that a fast stretch leaps over", (on) =>
       session.edit(setOption(this.document, "average", on), "set averaging"),
     );

@@ -21,7 +21,11 @@ export class JointTable {
   private readonly list = make("div", { class: "joints" });
   private readonly file = make("button", { type: "button", class: "button framed" });
   private readonly noFile = make("button", { type: "button", class: "button framed" }, "Without the file");
-  private readonly plain = make("button", { type: "button", class: "button framed", title: "Take back what the table says" }, "As the names say");
+  private readonly plain = make(
+    "button",
+    { type: "button", class: "button framed", title: "Take back what the table says" },
+    "As the names say",
+  );
   private rows = new Map<string, Row>();
   private made = "";
 
@@ -86,9 +90,15 @@ export class JointTable {
       const said = file.joints.find((pair) => pair.input === name)?.reference;
       const found = reference.counterparts[i] ?? "";
       const first = row.select.options[0];
-      if (first) first.text = said === undefined ? (found === "" ? "none" : `${found}, by ${file.joint_map === null ? "name" : "name or file"}`) : "as the names say";
+      if (first)
+        first.text =
+          said === undefined
+            ? found === ""
+              ? "none"
+              : `${found}, by ${file.joint_map === null ? "name" : "name or file"}`
+            : "as the names say";
       row.select.value = said ?? "";
-      row.root.dataset["is"] = said !== undefined ? "said" : found === "" ? "none" : "found";
+      row.root.dataset.is = said !== undefined ? "said" : found === "" ? "none" : "found";
     });
   }
 
@@ -97,7 +107,10 @@ export class JointTable {
   }
 
   private change(change: Partial<ReferenceFile>): void {
-    this.session.edit(changeReference(this.store.document as Document, this.store.reference, change), "change joint map");
+    this.session.edit(
+      changeReference(this.store.document as Document, this.store.reference, change),
+      "change joint map",
+    );
   }
 
   /** Rows are made once for two skeletons: a choice that is open stays so while its answer comes. */
@@ -108,11 +121,20 @@ export class JointTable {
     this.made = now;
     this.rows = new Map(
       own.map((name) => {
-        const select = make("select", { class: "field", "aria-label": `Stands for ${name}` }, make("option", { value: "" }, ""));
+        const select = make(
+          "select",
+          { class: "field", "aria-label": `Stands for ${name}` },
+          make("option", { value: "" }, ""),
+        );
         select.append(...names.map((other) => make("option", { value: other }, other)));
         select.addEventListener("change", () =>
           this.session.edit(
-            setJoint(this.store.document as Document, this.store.reference, name, select.value === "" ? null : select.value),
+            setJoint(
+              this.store.document as Document,
+              this.store.reference,
+              name,
+              select.value === "" ? null : select.value,
+            ),
             "change joint map",
           ),
         );

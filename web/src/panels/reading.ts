@@ -2,8 +2,8 @@
 
 import { parseRate } from "../document";
 import { make, setText } from "../dom";
-import { choice, textField } from "./fields";
 import type { Dialogs } from "./dialogs";
+import { choice, textField } from "./fields";
 import { fileName } from "./top";
 
 interface Reading {
@@ -28,9 +28,13 @@ export function readingFields(
   replace?: (path: string) => void,
 ): ReadingFields {
   const place = make("button", { type: "button", class: "button framed wide" });
-  place.addEventListener("click", () => dialogs.showOpen({ title: "Where the clip is now", holds: "clip", take: (path) => replace?.(path) }));
+  place.addEventListener("click", () =>
+    dialogs.showOpen({ title: "Where the clip is now", holds: "clip", take: (path) => replace?.(path) }),
+  );
   const placeRow = make("div", { class: "row", hidden: !replace }, make("span", { class: "label" }, "File"), place);
-  const up = choice<"" | "y" | "z">("Up", "The vertical axis of the file", (value) => change({ up: value === "" ? null : value }));
+  const up = choice<"" | "y" | "z">("Up", "The vertical axis of the file", (value) =>
+    change({ up: value === "" ? null : value }),
+  );
   up.select.setAttribute("aria-label", `${whose}: axis that is up`);
   const fps = textField("Rate, Hz", "Frames a second: 30, 29.97 or 30000/1001. Empty: as the file says", (text) => {
     const rate = text === "" ? null : parseRate(text);
@@ -40,13 +44,29 @@ export function readingFields(
   });
   fps.input.placeholder = "as the file says";
   fps.input.setAttribute("aria-label", `${whose}: frames a second`);
-  const skeleton = make("button", { type: "button", class: "button framed wide", title: "The ASF that says how its joints are joined" });
+  const skeleton = make("button", {
+    type: "button",
+    class: "button framed wide",
+    title: "The ASF that says how its joints are joined",
+  });
   skeleton.addEventListener("click", () =>
-    dialogs.showOpen({ title: "Choose the skeleton (ASF)", holds: "skeleton", take: (path) => change({ skeleton: path }) }),
+    dialogs.showOpen({
+      title: "Choose the skeleton (ASF)",
+      holds: "skeleton",
+      take: (path) => change({ skeleton: path }),
+    }),
   );
   const skeletonRow = make("div", { class: "row" }, make("span", { class: "label" }, "Skeleton"), skeleton);
   const said = make("span", { class: "note" });
-  const root = make("details", { class: "reading" }, make("summary", {}, "How it is read", said), placeRow, up.row, fps.row, skeletonRow);
+  const root = make(
+    "details",
+    { class: "reading" },
+    make("summary", {}, "How it is read", said),
+    placeRow,
+    up.row,
+    fps.row,
+    skeletonRow,
+  );
   return {
     root,
     update() {
@@ -65,7 +85,12 @@ export function readingFields(
       const isAmc = /\.amc$/iu.test(path ?? "");
       skeletonRow.hidden = !isAmc && asf === null;
       setText(skeleton, asf === null ? "Found beside it" : fileName(asf));
-      setText(said, [axis ? `${axis.toUpperCase()} up` : "", rate ? `${rate} Hz` : "", asf ? fileName(asf) : ""].filter(Boolean).join(", "));
+      setText(
+        said,
+        [axis ? `${axis.toUpperCase()} up` : "", rate ? `${rate} Hz` : "", asf ? fileName(asf) : ""]
+          .filter(Boolean)
+          .join(", "),
+      );
       // What is wrong with a file may be mended here.
       if (faulty()) root.open = true;
     },

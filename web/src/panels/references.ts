@@ -35,7 +35,9 @@ export class ReferencePanel {
     private readonly session: Session,
     private readonly dialogs: Dialogs,
   ) {
-    const file = button("File…", "Imitate another clip too", () => this.choose("Add a reference", (path) => this.add(path)));
+    const file = button("File…", "Imitate another clip too", () =>
+      this.choose("Add a reference", (path) => this.add(path)),
+    );
     const itself = button("Itself", "Imitate the clip itself too, or a stretch of it", () => this.add(null));
     file.prepend(icon("plus"));
     itself.prepend(icon("plus"));
@@ -95,8 +97,14 @@ export class ReferencePanel {
         pick.setAttribute("aria-pressed", String(i === this.index));
         if (i === faulty) pick.classList.add("faulty");
         const weight = make("span", { class: "note" }, file && file.weight !== 1 ? `×${file.weight}` : "");
-        const remove = make("button", { type: "button", class: "button bare", "aria-label": `Remove ${name}`, title: "Remove this reference" }, icon("trash"));
-        remove.addEventListener("click", () => this.session.edit(removeReference(this.document, i), "remove reference"));
+        const remove = make(
+          "button",
+          { type: "button", class: "button bare", "aria-label": `Remove ${name}`, title: "Remove this reference" },
+          icon("trash"),
+        );
+        remove.addEventListener("click", () =>
+          this.session.edit(removeReference(this.document, i), "remove reference"),
+        );
         remove.hidden = !file;
         return make("div", { class: "refrow" }, pick, weight, remove);
       }),
@@ -115,7 +123,9 @@ export class ReferencePanel {
     });
 
     const choose = button("Another file…", "Imitate another clip in its place", () =>
-      this.choose("Choose the reference", (path) => session.edit(setReferenceFile(this.document, this.index, path), "choose reference")),
+      this.choose("Choose the reference", (path) =>
+        session.edit(setReferenceFile(this.document, this.index, path), "choose reference"),
+      ),
     );
     choose.classList.add("framed");
     const itself = button("The clip itself", "Imitate the clip itself in its place", () =>
@@ -130,42 +140,63 @@ export class ReferencePanel {
       setText(choose, this.reference.path === null ? "A file instead…" : "Another file…");
     });
 
-    const bound = (side: "start" | "end") => (text: string): boolean => {
-      const span = referenceSpan(store);
-      const value = parseTime(text, span?.clip.rate ?? store.rate);
-      if (!span || value === null) return false;
-      const start = side === "start" ? value : span.start;
-      const end = side === "end" ? value : span.end;
-      if (start < -1e-6 || end > span.lastTime + 1e-6 || end - start < 3 / span.clip.rate) return false;
-      session.edit(setReferenceRange(this.document, this.index, frameRange(span, start, end)), "choose reference range");
-      return true;
-    };
-    const from = textField("From", "Where the imitated stretch of the reference begins: seconds, 105f, or 1:03.5", bound("start"));
+    const bound =
+      (side: "start" | "end") =>
+      (text: string): boolean => {
+        const span = referenceSpan(store);
+        const value = parseTime(text, span?.clip.rate ?? store.rate);
+        if (!span || value === null) return false;
+        const start = side === "start" ? value : span.start;
+        const end = side === "end" ? value : span.end;
+        if (start < -1e-6 || end > span.lastTime + 1e-6 || end - start < 3 / span.clip.rate) return false;
+        session.edit(
+          setReferenceRange(this.document, this.index, frameRange(span, start, end)),
+          "choose reference range",
+        );
+        return true;
+      };
+    const from = textField(
+      "From",
+      "Where the imitated stretch of the reference begins: seconds, 105f, or 1:03.5",
+      bound("start"),
+    );
     const to = textField("To", "Where the imitated stretch of the reference ends", bound("end"));
     from.input.setAttribute("aria-label", "Reference from");
     to.input.setAttribute("aria-label", "Reference to");
     const all = button("All", "Imitate all of it", () =>
       session.edit(setReferenceRange(this.document, this.index, null), "choose reference range"),
     );
-    const range = row("Imitated", make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input, all));
+    const range = row(
+      "Imitated",
+      make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input, all),
+    );
     updates.push(() => {
       const span = referenceSpan(store);
       from.show(span ? span.start.toFixed(2) : "");
       to.show(span ? span.end.toFixed(2) : "");
-      all.style.visibility = this.reference.first_frame === null && this.reference.last_frame === null ? "hidden" : "visible";
+      all.style.visibility =
+        this.reference.first_frame === null && this.reference.last_frame === null ? "hidden" : "visible";
     });
 
-    const weight = textField("Weight", "How many times nearer it looks than it is: 2 is imitated rather than the others", (text) => {
-      const value = Number(text.replace(/[×x]$/u, ""));
-      return Number.isFinite(value) && value > 0 && this.change({ weight: value }, "set reference weight");
-    });
+    const weight = textField(
+      "Weight",
+      "How many times nearer it looks than it is: 2 is imitated rather than the others",
+      (text) => {
+        const value = Number(text.replace(/[×x]$/u, ""));
+        return Number.isFinite(value) && value > 0 && this.change({ weight: value }, "set reference weight");
+      },
+    );
     updates.push(() => {
       // Of one alone the weight changes nothing.
       weight.row.hidden = this.document.references.length < 2 && this.reference.weight === 1;
       weight.show(String(this.reference.weight));
     });
 
-    const mirror = check("Its mirror image too", "Imitate left as right too", (on) => void this.change({ mirror: on }, "choose reference"));
+    const mirror = check(
+      "Its mirror image too",
+      "Imitate left as right too",
+      (on) => void this.change({ mirror: on }, "choose reference"),
+    );
     updates.push(() => mirror.show(this.reference.mirror));
 
     const table = new JointTable(store, session, this.dialogs);
@@ -177,7 +208,8 @@ export class ReferencePanel {
       const clip = store.references[this.index];
       jointRow.hidden = this.reference.path === null;
       const own = clip?.counterparts ?? [];
-      const matched = own.length === 0 ? "Matched by name" : `${own.filter((name) => name !== "").length} of ${own.length} matched`;
+      const matched =
+        own.length === 0 ? "Matched by name" : `${own.filter((name) => name !== "").length} of ${own.length} matched`;
       setText(joints, matched);
       joints.setAttribute("aria-label", `${jointRow.firstElementChild?.textContent ?? ""}: ${matched}`);
       table.update();
@@ -187,7 +219,10 @@ export class ReferencePanel {
     let besideShown = "";
     updates.push(() => {
       const { clips } = this.document;
-      const wanted = this.reference.path === null ? [] : clips.map((clip, i) => ({ clip, i })).filter(({ clip, i }) => i > 0 && clip.role === "search");
+      const wanted =
+        this.reference.path === null
+          ? []
+          : clips.map((clip, i) => ({ clip, i })).filter(({ clip, i }) => i > 0 && clip.role === "search");
       const now = JSON.stringify([wanted, this.reference.counterparts, store.clips.map((clip) => clip.name)]);
       if (now === besideShown) return;
       besideShown = now;
@@ -195,13 +230,19 @@ export class ReferencePanel {
         ...wanted.map(({ clip, i }) => {
           const name = store.clips[i]?.name ?? fileName(clip.path);
           const there = this.reference.counterparts.find((one) => one.clip === i);
-          const pick = button(there ? fileName(there.path) : "Choose a file…", there?.path ?? `What ${name} is to move like`, () =>
-            this.choose(`What ${name} is to move like`, (path) =>
-              session.edit(setCounterpart(this.document, this.index, i, path), "choose reference"),
-            ),
+          const pick = button(
+            there ? fileName(there.path) : "Choose a file…",
+            there?.path ?? `What ${name} is to move like`,
+            () =>
+              this.choose(`What ${name} is to move like`, (path) =>
+                session.edit(setCounterpart(this.document, this.index, i, path), "choose reference"),
+              ),
           );
           pick.classList.add("framed", "wide");
-          pick.setAttribute("aria-label", `What ${name} is to move like: ${there ? fileName(there.path) : "choose a file"}`);
+          pick.setAttribute(
+            "aria-label",
+            `What ${name} is to move like: ${there ? fileName(there.path) : "choose a file"}`,
+          );
           return row(`For ${name}`, pick);
         }),
       );

@@ -2,8 +2,8 @@
 
 import { make, setAttribute, setText } from "../dom";
 import type { Store, Topic, ViewSettings } from "../store";
-import { ChannelList } from "./channels";
 import { nearestMatch } from "../why";
+import { ChannelList } from "./channels";
 
 type Switch = "follow" | "ground" | "trails" | "onion";
 
@@ -68,9 +68,13 @@ export class StageBar {
   }
 
   update(changed: Set<Topic>): void {
-    if (!["view", "playhead", "hover", "why", "curve", "clips", "document"].some((topic) => changed.has(topic as Topic))) return;
+    if (
+      !["view", "playhead", "hover", "why", "curve", "clips", "document"].some((topic) => changed.has(topic as Topic))
+    )
+      return;
     const { view, playback, why, hover, references } = this.store;
-    for (const name of ["side", "over"] as const) setAttribute(this.layouts[name], "aria-pressed", String(view.layout === name));
+    for (const name of ["side", "over"] as const)
+      setAttribute(this.layouts[name], "aria-pressed", String(view.layout === name));
     for (const name of ["follow", "ground", "trails", "onion"] as const) {
       setAttribute(this.switches[name], "aria-pressed", String(view[name]));
     }
@@ -79,7 +83,7 @@ export class StageBar {
     this.divider.hidden = !side;
     const isInput = view.companion === "input";
     const otherTime = isInput ? `${playback.inputTime.toFixed(2)} s` : `${playback.outputTime.toFixed(2)} s`;
-    this.left.dataset["is"] = isInput ? "input" : "other";
+    this.left.dataset.is = isInput ? "input" : "other";
     fill(this.left, view.showB ? "This warp" : this.store.companionName, otherTime);
     const looked = this.store.lookedAt;
     const where = looked === playback.outputTime ? "" : " (under the pointer)";

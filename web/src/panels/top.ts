@@ -1,7 +1,7 @@
 /** The bar at the top: the project, undo, clips, files, theme, help. */
 
 import { make, setAttribute, setText } from "../dom";
-import { icon, type IconName } from "../icons";
+import { type IconName, icon } from "../icons";
 import type { Clip } from "../messages";
 import type { Store, Topic } from "../store";
 import { figureColor } from "../theme";
@@ -65,8 +65,8 @@ export class TopBar {
     this.redo.disabled = !state?.redo_label;
     const dark = this.isDark();
     label(this.theme, dark ? "Light theme" : "Dark theme");
-    if (this.theme.dataset["dark"] !== String(dark)) {
-      this.theme.dataset["dark"] = String(dark);
+    if (this.theme.dataset.dark !== String(dark)) {
+      this.theme.dataset.dark = String(dark);
       this.theme.replaceChildren(icon(dark ? "sun" : "moon"));
     }
     this.showClips();
@@ -75,7 +75,11 @@ export class TopBar {
   /** Of a group: which clip is followed, or drawn as curves. One clip alone needs no choice. */
   private showClips(): void {
     const { clips, view, document } = this.store;
-    const name = JSON.stringify([clips.map((clip) => [clip.name, clip.holds]), view.clip, document?.clips.map((file) => file.role)]);
+    const name = JSON.stringify([
+      clips.map((clip) => [clip.name, clip.holds]),
+      view.clip,
+      document?.clips.map((file) => file.role),
+    ]);
     if (name === this.shown) return;
     this.shown = name;
     this.clips.hidden = clips.length < 2;

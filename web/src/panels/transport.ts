@@ -1,7 +1,7 @@
 /** The bar between stage and timeline: play, step, clocks, and where the playhead is. */
 
-import { make, setAttribute, setText, type Attributes } from "../dom";
-import { icon, type IconName } from "../icons";
+import { type Attributes, make, setAttribute, setText } from "../dom";
+import { type IconName, icon } from "../icons";
 import type { ClockName } from "../playback";
 import type { Store, Topic } from "../store";
 import { speedAt } from "../warp";
@@ -61,7 +61,13 @@ export class Transport {
       make("span", { class: "segments", role: "group", "aria-label": "Clock" }, this.clocks.output, this.clocks.input),
       this.link,
       make("span", { class: "rule" }),
-      make("span", { class: "readout", "data-is": "output" }, make("span", {}, "Output"), this.output, this.outputFrame),
+      make(
+        "span",
+        { class: "readout", "data-is": "output" },
+        make("span", {}, "Output"),
+        this.output,
+        this.outputFrame,
+      ),
       make("span", { class: "readout", "data-is": "input" }, make("span", {}, "shows input"), this.input, this.speed),
       make("span", { class: "gap" }),
       this.status,
@@ -74,15 +80,16 @@ export class Transport {
     if (!["playhead", "curve", "view", "status"].some((topic) => changed.has(topic as Topic))) return;
     const { playback, view, knots, rate, curve } = this.store;
     const playing = playback.rate !== 0;
-    if ((this.play.dataset["playing"] === "yes") !== playing) {
-      this.play.dataset["playing"] = playing ? "yes" : "no";
+    if ((this.play.dataset.playing === "yes") !== playing) {
+      this.play.dataset.playing = playing ? "yes" : "no";
       this.play.replaceChildren(icon(playing ? "pause" : "play"));
       setAttribute(this.play, "aria-label", playing ? "Pause (Space)" : "Play (Space)");
     }
     setAttribute(this.loop, "aria-pressed", String(playback.loop));
     setAttribute(this.link, "aria-pressed", String(playback.linked));
     setAttribute(this.snap, "aria-pressed", String(view.snap));
-    for (const name of ["output", "input"] as const) setAttribute(this.clocks[name], "aria-pressed", String(playback.clock === name));
+    for (const name of ["output", "input"] as const)
+      setAttribute(this.clocks[name], "aria-pressed", String(playback.clock === name));
     setText(this.output, `${playback.outputTime.toFixed(2)} s`);
     setText(this.outputFrame, `f ${Math.round(playback.outputTime * rate)}`);
     if (knots) {

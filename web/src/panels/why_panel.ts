@@ -59,10 +59,7 @@ export class WhyPanel {
     const score = at(why.scores, row);
     const share = Number.isFinite(score) ? rank(this.ranked, score) : 0;
     this.bar.style.setProperty("--share", `${(100 * share).toFixed(0)}%`);
-    setText(
-      this.scoreText,
-      Number.isFinite(score) ? `${score.toPrecision(3)}, ${placed(share)}` : "none at the ends",
-    );
+    setText(this.scoreText, Number.isFinite(score) ? `${score.toPrecision(3)}, ${placed(share)}` : "none at the ends");
     const matches = matchesAt(why, row);
     const name = matches[0] && matches[0].source >= 0 ? `${matches[0].name} ` : "itself ";
     setText(

@@ -33,7 +33,11 @@ export interface GroundMove {
  * `pairs` holds indices into the two, one after the other. Of the turns the one is taken that makes the sum of squared
  * distances least: about both centres, tan(angle) = Σ cross / Σ dot.
  */
-export function groundMove(pose: Float32Array, target: Float32Array, pairs: readonly (readonly [number, number])[]): GroundMove {
+export function groundMove(
+  pose: Float32Array,
+  target: Float32Array,
+  pairs: readonly (readonly [number, number])[],
+): GroundMove {
   const n = Math.max(pairs.length, 1);
   let px = 0;
   let pz = 0;

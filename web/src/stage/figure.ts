@@ -37,17 +37,27 @@ export class Figure {
     this.radius = 0.021 * height * thickness;
     this.radii = new Float64Array(clip.n_nodes);
     for (const [parent, node] of this.links) {
-      const length = Math.hypot(...[0, 1, 2].map((i) => at(clip.positions, 3 * node + i) - at(clip.positions, 3 * parent + i)));
+      const length = Math.hypot(
+        ...[0, 1, 2].map((i) => at(clip.positions, 3 * node + i) - at(clip.positions, 3 * parent + i)),
+      );
       for (const end of [parent, node]) {
         this.radii[end] = Math.max(at(this.radii, end), Math.min(this.radius, 0.35 * length));
       }
     }
-    this.material = new THREE.MeshLambertMaterial({ color: 0xffffff, transparent: look.opacity < 1, opacity: look.opacity });
+    this.material = new THREE.MeshLambertMaterial({
+      color: 0xffffff,
+      transparent: look.opacity < 1,
+      opacity: look.opacity,
+    });
     if (look.opacity < 1) this.material.depthWrite = false;
     const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, false);
     bone.translate(0, 0.5, 0);
     this.bones = new THREE.InstancedMesh(bone, this.material, Math.max(this.links.length, 1));
-    this.joints = new THREE.InstancedMesh(new THREE.IcosahedronGeometry(1, 1), this.material, Math.max(clip.n_nodes, 1));
+    this.joints = new THREE.InstancedMesh(
+      new THREE.IcosahedronGeometry(1, 1),
+      this.material,
+      Math.max(clip.n_nodes, 1),
+    );
     this.bones.frustumCulled = false;
     this.joints.frustumCulled = false;
     this.object.add(this.bones, this.joints);

@@ -63,7 +63,10 @@ export class Ground {
 export class Shadow {
   readonly object: THREE.Mesh;
 
-  constructor(height: number, private readonly level: number) {
+  constructor(
+    height: number,
+    private readonly level: number,
+  ) {
     const rings = 6;
     const sides = 24;
     const positions: number[] = [];

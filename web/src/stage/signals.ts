@@ -4,7 +4,7 @@ import type { Clip } from "../messages";
 import { clamp } from "../scale";
 import type { Store } from "../store";
 import type { Theme } from "../theme";
-import { at, inputAt, outputEnd, outputStart, type Knots } from "../warp";
+import { at, inputAt, type Knots, outputEnd, outputStart } from "../warp";
 
 /** Channels shown at first; any others can be chosen. */
 export const FIRST_CHANNELS = 8;
@@ -14,7 +14,9 @@ const LEFT = 90;
 /** The channels of a clip that are shown. */
 export function shownChannels(store: Store, clip: Clip): readonly number[] {
   const chosen = store.channels.get(clip.name);
-  return chosen ? chosen.filter((channel) => channel < clip.names.length) : clip.names.map((_, i) => i).slice(0, FIRST_CHANNELS);
+  return chosen
+    ? chosen.filter((channel) => channel < clip.names.length)
+    : clip.names.map((_, i) => i).slice(0, FIRST_CHANNELS);
 }
 
 export class SignalView {

@@ -2,9 +2,9 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { Clip } from "../messages";
 import { WhenQuiet } from "../quiet";
 import { clamp } from "../scale";
-import type { Clip } from "../messages";
 import type { Store, Topic } from "../store";
 import { figureColor, type Theme } from "../theme";
 import { at, inputAt, outputEnd, outputStart } from "../warp";
@@ -73,7 +73,8 @@ export class Stage {
   update(changed: Set<Topic>): void {
     const { clips } = this.store;
     // References come as clips too, and are none of the cast.
-    const renewed = changed.has("clips") && (clips.length !== this.shown.length || clips.some((one, i) => one !== this.shown[i]));
+    const renewed =
+      changed.has("clips") && (clips.length !== this.shown.length || clips.some((one, i) => one !== this.shown[i]));
     if (renewed || changed.has("theme")) {
       this.shown = [...clips];
       this.cast(renewed);
@@ -130,7 +131,9 @@ export class Stage {
     this.companionColor = "";
     this.casts = clips.flatMap((clip, i) => {
       const color = clips.length > 1 ? figureColor(clips, i) : null;
-      return clip.holds === "motion" && clip.n_nodes > 0 ? [new Cast(clip, this.scene, palette, color && palette[color])] : [];
+      return clip.holds === "motion" && clip.n_nodes > 0
+        ? [new Cast(clip, this.scene, palette, color && palette[color])]
+        : [];
     });
     const [first] = this.casts;
     if (!first) return;
@@ -229,7 +232,10 @@ export class Stage {
     }
     if (view.onion) {
       const { times, nearness } = around(ONION_STEP);
-      cast.onion.show(times, nearness.map((near) => 0.75 * near));
+      cast.onion.show(
+        times,
+        nearness.map((near) => 0.75 * near),
+      );
     }
   }
 
@@ -243,7 +249,8 @@ export class Stage {
     if (match.source < 0) first.showGhost(store.clip, match.time, match.mirrored);
     else {
       const reference = store.references[match.source];
-      if (reference) first.showGhost(reference, clamp(match.time, 0, (reference.n_frames - 1) / reference.rate), match.mirrored);
+      if (reference)
+        first.showGhost(reference, clamp(match.time, 0, (reference.n_frames - 1) / reference.rate), match.mirrored);
     }
   }
 }

@@ -28,7 +28,12 @@ export class Trails {
     this.pose = new Float32Array(3 * clip.n_nodes);
     this.lines.setAttribute("position", new THREE.BufferAttribute(this.positions, 3));
     this.lines.setAttribute("color", new THREE.BufferAttribute(this.colors, 4));
-    this.dotMaterial = new THREE.PointsMaterial({ vertexColors: true, transparent: true, size: 0.02 * height, depthWrite: false });
+    this.dotMaterial = new THREE.PointsMaterial({
+      vertexColors: true,
+      transparent: true,
+      size: 0.02 * height,
+      depthWrite: false,
+    });
     const segments = new THREE.LineSegments(this.lines, this.lineMaterial);
     const dots = new THREE.Points(this.lines, this.dotMaterial);
     segments.frustumCulled = false;
@@ -58,7 +63,8 @@ export class Trails {
       before = pose;
     }
     this.lines.setDrawRange(0, point);
-    for (const name of ["position", "color"]) (this.lines.getAttribute(name) as THREE.BufferAttribute).needsUpdate = true;
+    for (const name of ["position", "color"])
+      (this.lines.getAttribute(name) as THREE.BufferAttribute).needsUpdate = true;
   }
 
   dispose(): void {
@@ -105,7 +111,8 @@ export class OnionSkins {
       }
     });
     this.lines.setDrawRange(0, end);
-    for (const name of ["position", "color"]) (this.lines.getAttribute(name) as THREE.BufferAttribute).needsUpdate = true;
+    for (const name of ["position", "color"])
+      (this.lines.getAttribute(name) as THREE.BufferAttribute).needsUpdate = true;
   }
 
   dispose(): void {

@@ -12,23 +12,14 @@ import {
   setLength,
 } from "../document";
 import { make, setAttribute } from "../dom";
-import { setReferenceRange } from "../references";
 import type { Document, Key, LockedTime } from "../messages";
+import { setReferenceRange } from "../references";
 import { clamp, snapped, toPixels, toValue } from "../scale";
 import type { Session } from "../session";
 import type { Selection, Store } from "../store";
 import { outputEnd, speedAt } from "../warp";
-import { draggable, type Drag } from "./drag";
-import {
-  inputTimeAt,
-  inputY,
-  outputTimeAt,
-  outputX,
-  speedAtY,
-  speedY,
-  type Layout,
-  type Scales,
-} from "./layout";
+import { type Drag, draggable } from "./drag";
+import { inputTimeAt, inputY, type Layout, outputTimeAt, outputX, type Scales, speedAtY, speedY } from "./layout";
 import { frameRange, referenceSpan } from "./reference_span";
 
 const TANGENT = 46;
@@ -40,7 +31,11 @@ const NUDGE_MS = 900;
 
 export class Handles {
   /** Over the map, the speed and the reference; and over the gutter, for locks. */
-  readonly overlay = make("div", { class: "overlay", role: "group", "aria-label": "Keytimes, speeds and reference range" });
+  readonly overlay = make("div", {
+    class: "overlay",
+    role: "group",
+    "aria-label": "Keytimes, speeds and reference range",
+  });
   readonly gutter = make("div", { class: "overlay", role: "group", "aria-label": "Locks" });
   private readonly keys = new Map<string, HTMLButtonElement>();
   private readonly speeds = new Map<string, HTMLElement>();
@@ -57,7 +52,12 @@ export class Handles {
     private readonly session: Session,
     private readonly changeOf: (selection: Selection) => void,
   ) {
-    this.end = this.slider("handle key end", "End of the output", (event) => this.dragEnd(event), (by) => this.nudgeEnd(by));
+    this.end = this.slider(
+      "handle key end",
+      "End of the output",
+      (event) => this.dragEnd(event),
+      (by) => this.nudgeEnd(by),
+    );
     this.end.addEventListener("focus", () => this.changeOf({ kind: "end" }));
     this.tangents = [this.makeTangent(-1), this.makeTangent(1)];
     this.range = [this.makeRange(0), this.makeRange(1)];
@@ -247,7 +247,10 @@ export class Handles {
       if (!key || down.button !== 0) return null;
       button.focus({ preventScroll: true });
       const room = this.room();
-      const grab = { x: outputX(this.layout, this.scales, key.output_time), y: inputY(this.layout, this.scales, key.input_time) };
+      const grab = {
+        x: outputX(this.layout, this.scales, key.output_time),
+        y: inputY(this.layout, this.scales, key.input_time),
+      };
       return this.gesture("move key", (dx, dy, event) => {
         // With shift along one axis only: a key's pose or its time, not both.
         const straight = event.shiftKey ? (Math.abs(dx) > Math.abs(dy) ? "time" : "pose") : null;
@@ -297,7 +300,9 @@ export class Handles {
       () => {
         const start = speedY(this.layout, this.scales, shown());
         return this.gesture("set speed at key", (_dx, dy) =>
-          changeKey(store.document as Document, id, { speed: roundSpeed(speedAtY(this.layout, this.scales, start + dy)) }),
+          changeKey(store.document as Document, id, {
+            speed: roundSpeed(speedAtY(this.layout, this.scales, start + dy)),
+          }),
         );
       },
       (by) => {
@@ -327,7 +332,8 @@ export class Handles {
     const { store } = this;
     const chosen = (): Key | null =>
       store.selection?.kind === "key" && store.document ? findKey(store.document, store.selection.id) : null;
-    const set = (id: string, speed: number): Document => changeKey(store.document as Document, id, { speed: roundSpeed(speed) });
+    const set = (id: string, speed: number): Document =>
+      changeKey(store.document as Document, id, { speed: roundSpeed(speed) });
     return this.slider(
       "handle tangent",
       side < 0 ? "Tangent before the keytime" : "Tangent after the keytime",
@@ -341,7 +347,7 @@ export class Handles {
           // Behind the key there is no slope: the arm stays on its side.
           const x = Math.max(side * (side * armX + dx), 1);
           const y = side * (side * armY + dy);
-          const speed = (-y / map.height) * (input.to - input.from) / ((x / map.width) * (output.to - output.from));
+          const speed = ((-y / map.height) * (input.to - input.from)) / ((x / map.width) * (output.to - output.from));
           return set(key.id, Math.max(speed, SLOWEST));
         });
       },
@@ -390,7 +396,9 @@ export class Handles {
         if (!span) return null;
         const whole = { from: 0, to: span.lastTime };
         const start = toPixels(whole, this.layout.reference.width, side === 0 ? span.start : span.end);
-        return this.gesture("choose reference range", (dx) => change(toValue(whole, this.layout.reference.width, start + dx)));
+        return this.gesture("choose reference range", (dx) =>
+          change(toValue(whole, this.layout.reference.width, start + dx)),
+        );
       },
       (by) => {
         const span = referenceSpan(store);
@@ -407,7 +415,8 @@ export class Handles {
     const now = (): LockedTime => store.document?.locks.find((lock) => lock.id === id) ?? made;
     const onFrame = (time: number, event?: PointerEvent): number =>
       store.view.snap !== (event?.altKey ?? false) ? snapped(time, store.rate) : time;
-    const seconds = (dy: number): number => (-dy / this.layout.map.height) * (this.scales.input.to - this.scales.input.from);
+    const seconds = (dy: number): number =>
+      (-dy / this.layout.map.height) * (this.scales.input.to - this.scales.input.from);
     const choose = (): void => this.changeOf({ kind: "lock", id });
     const shifted = (lock: LockedTime, by: number, event?: PointerEvent): Document => {
       const start = clamp(onFrame(lock.start + by, event), 0, store.inputEnd - (lock.end - lock.start));

@@ -3,9 +3,9 @@
 import { clamp, ticks, timeLabel, toPixels } from "../scale";
 import type { Store } from "../store";
 import type { Palette } from "../theme";
-import { at, inputAt, outputAt, outputEnd, outputStart, pieceAt, slopes, type Knots } from "../warp";
+import { at, inputAt, type Knots, outputAt, outputEnd, outputStart, pieceAt, slopes } from "../warp";
 import { matchesAt, rowAt } from "../why";
-import { inputY, outputX, speedY, type Box, type Layout, type Scales } from "./layout";
+import { type Box, inputY, type Layout, outputX, type Scales, speedY } from "./layout";
 import { ThinLine } from "./line";
 import { referenceNames, referenceSpan } from "./reference_span";
 
@@ -185,7 +185,8 @@ export class Painter {
     const first = pieceAt(knots.outputTimes, from);
     const last = pieceAt(knots.outputTimes, to) + 1;
     const line = new ThinLine(pen);
-    const put = (time: number, value: number): void => line.to(outputX(layout, scales, time), inputY(layout, scales, value));
+    const put = (time: number, value: number): void =>
+      line.to(outputX(layout, scales, time), inputY(layout, scales, value));
     if (last - first <= 2 * layout.map.width) {
       for (let i = first; i <= last; i++) put(at(knots.outputTimes, i), at(knots.inputTimes, i));
     } else {
@@ -262,7 +263,11 @@ export class Painter {
     const { heat } = layout;
     pen.fillStyle = palette["heat-low"];
     const start = clamp(outputX(layout, scales, 0), heat.x, heat.x + heat.width);
-    const end = clamp(outputX(layout, scales, curve ? outputEnd(store.knots as Knots) : 0), heat.x, heat.x + heat.width);
+    const end = clamp(
+      outputX(layout, scales, curve ? outputEnd(store.knots as Knots) : 0),
+      heat.x,
+      heat.x + heat.width,
+    );
     pen.fillRect(start, heat.y, end - start, heat.height);
     if (!why || why.n_output < 3) {
       this.label("no search, no scores", heat.x + 8, heat.y + heat.height / 2, "left");
@@ -274,7 +279,8 @@ export class Painter {
     let runStart = start;
     let runColor = "";
     for (let x = Math.floor(start); x <= Math.ceil(end); x++) {
-      const time = scales.output.from + ((x + 0.5 - layout.map.x) / layout.map.width) * (scales.output.to - scales.output.from);
+      const time =
+        scales.output.from + ((x + 0.5 - layout.map.x) / layout.map.width) * (scales.output.to - scales.output.from);
       const score = at(why.scores, rowAt(why, time));
       const color = Number.isFinite(score)
         ? (colors[Math.round(clamp((score - low) / (high - low), 0, 1) * (colors.length - 1))] ?? "")
@@ -341,7 +347,8 @@ export class Painter {
     const { pen, layout, palette } = this;
     pen.strokeStyle = palette.line;
     pen.lineWidth = 1;
-    for (const box of [layout.map, layout.speed]) pen.strokeRect(box.x + 0.5, box.y + 0.5, box.width - 1, box.height - 1);
+    for (const box of [layout.map, layout.speed])
+      pen.strokeRect(box.x + 0.5, box.y + 0.5, box.width - 1, box.height - 1);
     pen.fillStyle = palette["line-strong"];
     pen.fillRect(0, layout.ruler.height - 1, layout.width, 1);
   }

@@ -1,7 +1,7 @@
 /** A reference in its own time: all of it, and what of it is imitated. */
 
-import { referencesOf } from "../references";
 import type { Clip } from "../messages";
+import { referencesOf } from "../references";
 import { clamp } from "../scale";
 import type { Store } from "../store";
 
@@ -57,7 +57,9 @@ export function frameRange(span: ReferenceSpan, start: number, end: number): { f
 export function referenceNames(store: Store): string[] {
   if (!store.document) return [];
   const plain = referencesOf(store.document).map((file, i) =>
-    file.path === null ? "The clip itself" : (store.references[i]?.name ?? file.path.split(/[\\/]/u).at(-1) ?? file.path),
+    file.path === null
+      ? "The clip itself"
+      : (store.references[i]?.name ?? file.path.split(/[\\/]/u).at(-1) ?? file.path),
   );
   return plain.map((name, i) => {
     if (plain.filter((other) => other === name).length < 2) return name;

@@ -2,7 +2,7 @@
 
 import { addKey, addLock } from "../document";
 import { make, setText } from "../dom";
-import { panned, snapped, within, zoomed, type View } from "../scale";
+import { panned, snapped, type View, within, zoomed } from "../scale";
 import type { Session } from "../session";
 import type { Selection, Store, Topic } from "../store";
 import type { Theme } from "../theme";
@@ -15,13 +15,13 @@ import {
   inputView,
   inputY,
   inside,
+  type Layout,
   layoutOf,
   outputTimeAt,
   outputX,
+  type Scales,
   speedView,
   wholeOutput,
-  type Layout,
-  type Scales,
 } from "./layout";
 import { Painter } from "./paint";
 import { referenceNames } from "./reference_span";
@@ -30,7 +30,8 @@ export class Timeline {
   readonly root = make("div", { class: "timeline", role: "region", "aria-label": "Timeline" });
   private readonly canvas = make("canvas", {
     role: "img",
-    "aria-label": "Time map, speed, scores and reference. Click to move the playhead, double-click the map to add a keytime.",
+    "aria-label":
+      "Time map, speed, scores and reference. Click to move the playhead, double-click the map to add a keytime.",
   });
   private readonly handles: Handles;
   private readonly trouble = make("div", { class: "trouble", role: "alert", hidden: true });
@@ -222,7 +223,8 @@ export class Timeline {
       const { x, y } = place(event);
       const { map, heat } = this.layout;
       const end = store.knots ? outputEnd(store.knots) : 0;
-      const over = x >= map.x && x <= map.x + map.width && y >= map.y && y <= heat.y + heat.height && time(event) <= end;
+      const over =
+        x >= map.x && x <= map.x + map.width && y >= map.y && y <= heat.y + heat.height && time(event) <= end;
       this.look(over ? Math.max(0, time(event)) : null);
       canvas.style.cursor = inside(this.layout.gutter, x, y) ? "row-resize" : "default";
     });
