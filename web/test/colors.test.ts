@@ -5,7 +5,7 @@ import { FIGURES, figureColor } from "../src/theme";
 
 type Triple = readonly [number, number, number];
 
-const style = readFileSync(new URL("../src/style.css", import.meta.url), "utf8");
+const style = readFileSync(new URL("../src/style/colors.css", import.meta.url), "utf8");
 const [light = "", dark = ""] = style.split('.retime[data-theme="dark"] {');
 
 function color(sheet: string, name: string): Triple {
