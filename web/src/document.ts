@@ -35,7 +35,7 @@ export function findLock(document: Document, id: string | null): LockedTime | nu
   return document.locks.find((lock) => lock.id === id) ?? null;
 }
 
-/** Add a keytime; returns the document and the key's id. One that stands at that output time is returned instead. */
+/** Add a keytime; returns the document and the key's id. If a key is at that output time already, it is that one's. */
 export function addKey(document: Document, inputTime: number, outputTime: number): [Document, string] {
   const there = document.keys.find((key) => Math.abs(key.output_time - outputTime) < 1e-9);
   if (there) return [document, there.id];
@@ -52,11 +52,11 @@ export function deleteKey(document: Document, id: string): Document {
 }
 
 export interface Room {
-  /** Seconds of the first clip. */
+  /** Time of the last frame of the first clip, seconds. */
   readonly inputEnd: number;
   /** Frames a second of the first clip. */
   readonly rate: number;
-  /** Seconds of the output; its end is no key. */
+  /** Seconds of the output. Its end is not one of the keys. */
   readonly outputEnd: number;
 }
 
@@ -77,7 +77,7 @@ export function keyPlace(
   const before = Math.max(0, ...others.filter((time) => time < own));
   const after = Math.min(room.outputEnd, ...others.filter((time) => time > own));
   const place = (time: number): number => (snap ? snapped(time, room.rate) : time);
-  // Neighbours less than two frames apart leave no room: then it stands midway.
+  // Neighbours less than two frames apart leave no room: the key goes midway between them.
   const low = before + frame;
   const high = after - frame;
   const outputTime = low <= high ? clamp(place(wanted.outputTime), low, high) : (before + after) / 2;
@@ -142,25 +142,6 @@ export function setLength(document: Document, length: string | null): Document {
   return { ...document, length, ...bounds };
 }
 
-/** A length as a person types it, in the document's words: `65%`, `9.3s`, `280f`; null where it says none. */
-export function parseLength(text: string): string | null {
-  const found = /^(\d+(?:\.\d+)?|\.\d+)\s*(%|s|f)?$/u.exec(text.trim().toLowerCase());
-  if (!found || Number(found[1]) <= 0) return null;
-  return `${found[1]}${found[2] ?? "s"}`;
-}
-
-/** A rate as a person types it: `30`, `29.97`, `30000/1001`, also with `Hz` or `fps`; null where it says none. */
-export function parseRate(text: string): string | null {
-  const found = /^(\d+(?:\.\d+)?(?:\/[1-9]\d*)?)\s*(?:hz|fps)?$/u.exec(text.trim().toLowerCase());
-  return found?.[1] && Number.parseFloat(found[1]) > 0 ? found[1] : null;
-}
-
-/** The number that a rate says, as `parseRate` returns it. */
-export function rateValue(rate: string): number {
-  const [above, below] = rate.split("/");
-  return Number(above) / Number(below ?? 1);
-}
-
 /** A length as frames of output, as the document writes it. */
 export function lengthInFrames(outputEnd: number, rate: number): string {
   return `${Math.max(2, Math.round(outputEnd * rate) + 1)}f`;
@@ -168,25 +149,6 @@ export function lengthInFrames(outputEnd: number, rate: number): string {
 
 /** The length of an output of so many frames, as the command line says it: each frame is shown for a frame period. */
 export function lengthText(frames: number, input: { readonly n_frames: number; readonly rate: number }): string {
-  return `${(frames / input.rate).toFixed(2)} s, ${frames} frames: ${((100 * frames) / input.n_frames).toFixed(0)} % of the input`;
-}
-
-/** A speed as a person types it: `1.5`, `1/2`, `150%`; null where it says nothing. */
-export function parseSpeed(text: string): number | null {
-  const trimmed = text.trim().replace(/[×x]$/u, "");
-  const found = /^(\d+(?:\.\d+)?|\.\d+)(?:\s*\/\s*(\d+(?:\.\d+)?))?(%)?$/u.exec(trimmed);
-  if (!found) return null;
-  const value = (Number(found[1]) / (found[2] ? Number(found[2]) : 1)) * (found[3] ? 0.01 : 1);
-  return Number.isFinite(value) && value > 0 ? value : null;
-}
-
-/** A time as a person types it: `3.5`, `3.5s`, `105f`, `1:03.5`; null where it says none. */
-export function parseTime(text: string, rate: number): number | null {
-  const trimmed = text.trim().toLowerCase();
-  const frames = /^(-?\d+(?:\.\d+)?)\s*f$/u.exec(trimmed);
-  if (frames) return Number(frames[1]) / rate;
-  const clock = /^(\d+):(\d{1,2}(?:\.\d+)?)$/u.exec(trimmed);
-  if (clock) return Number(clock[1]) * 60 + Number(clock[2]);
-  const seconds = /^(-?\d+(?:\.\d+)?|-?\.\d+)\s*s?$/u.exec(trimmed);
-  return seconds ? Number(seconds[1]) : null;
+  const share = ((100 * frames) / input.n_frames).toFixed(0);
+  return `${(frames / input.rate).toFixed(2)} s, ${frames} frames: ${share} % of the input`;
 }

@@ -1,8 +1,9 @@
 /**
- * Changes on their way to the server: in order, one unanswered at most; of a drag the newest one wins.
+ * Changes on their way to the server. They go in order, each when the one before is answered; of a drag that waits,
+ * only the newest position goes.
  *
- * A change goes at once: to wait for a frame would show it a frame later. Only those that follow each other faster than
- * anyone can see wait for the next frame, as those of a mouse that reports a thousand times a second do.
+ * A change goes at once: waiting for the next frame would show its effect a frame later. Only changes that follow each
+ * other faster than anyone can see wait for the next frame; some mice report a thousand of them a second.
  */
 
 export interface Change<T> {
@@ -16,7 +17,7 @@ export interface Change<T> {
 /** Runs a callback once, at the next animation frame. */
 export type AtNextFrame = (callback: () => void) => void;
 
-/** Half a frame: of what comes faster, every other position would be found for nothing. */
+/** Half a frame. If changes went out faster than this, the answers to many of them would never be seen. */
 const SPACING_MS = 8;
 
 export class Gate<T> {
@@ -25,7 +26,7 @@ export class Gate<T> {
   private asked = false;
   private sent = -Infinity;
 
-  /** `send` says whether it could; a change that could not be sent keeps its place. */
+  /** `send` returns whether it could send; a change that could not be sent stays first in line. */
   constructor(
     private readonly send: (change: Change<T>) => boolean,
     private readonly atNextFrame: AtNextFrame,
@@ -50,13 +51,13 @@ export class Gate<T> {
     this.ask();
   }
 
-  /** The server answered what is in flight: lets the next one go. */
+  /** The server has answered the change that was sent last: the next one may go. */
   answered(): void {
     this.unanswered = null;
     this.ask();
   }
 
-  /** The server refused, or is gone: what was meant for its old state is dropped. */
+  /** Drop all changes: the server has refused one, or is gone. */
   reset(): void {
     this.waiting = [];
     this.unanswered = null;

@@ -3,8 +3,8 @@
 import "./style.css";
 import "./page.css";
 import { App } from "./app";
+import type { Link, LinkEvents } from "./connection";
 import { rememberAcrossPorts } from "./memory";
-import type { Link, LinkEvents } from "./session";
 
 const root = document.getElementById("editor");
 if (!root) throw new Error("the page has no place for the editor");
@@ -17,7 +17,7 @@ async function upload(file: File): Promise<string> {
 
 rememberAcrossPorts();
 const app = new App(root, { upload });
-connect(app.session, 0);
+connect(app.connection, 0);
 
 /** Connect, and again where the connection breaks: first soon, then every few seconds. */
 function connect(events: LinkEvents, failures: number): void {

@@ -13,7 +13,7 @@ export interface PlaybackState {
   /** Both figures show one moment of the action; else each plays by its own clock from its own beginning. */
   readonly linked: boolean;
   readonly loop: boolean;
-  /** 0 stands, 1 plays at true rate, -1 backward, 2 twice as fast. */
+  /** 0: it stands still. 1: it plays in true seconds; 2: twice as fast; -1: backward. */
   readonly rate: number;
 }
 
@@ -43,7 +43,7 @@ export function seek(state: PlaybackState, warp: Knots, inputEnd: number, time: 
 /** The leading clock's time, and the range that it runs through. */
 export function leading(state: PlaybackState, warp: Knots, inputEnd: number): [number, number, number] {
   if (state.clock === "input") {
-    // Unlinked, the playhead of a figure that has come to its end rests there.
+    // Unlinked, a figure that has come to its end rests there while the other one plays on.
     return [state.inputTime, 0, inputEnd];
   }
   return [state.outputTime, outputStart(warp), outputEnd(warp)];

@@ -1,8 +1,8 @@
-/** Work that can wait until nothing else is to be done. */
+/** Work that can wait for a quiet moment. */
 
 export class WhenQuiet {
   private timer: ReturnType<typeof setTimeout> | undefined;
-  /** When the work was asked for first that is not done yet. */
+  /** When the work that is still to be done was first asked for. */
   private since: number | null = null;
 
   /** `run` is called `rest` milliseconds after it was asked for last, and `most` after it was asked for first. */
@@ -23,7 +23,7 @@ export class WhenQuiet {
     this.timer = setTimeout(work, Math.max(0, Math.min(this.rest, this.since + this.most - now)));
   }
 
-  /** It was done, or need not be done any more. */
+  /** Forget the work: it was done, or is not needed any more. */
   cancel(): void {
     clearTimeout(this.timer);
     this.since = null;

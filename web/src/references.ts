@@ -16,12 +16,12 @@ export const PLAIN_REFERENCE: ReferenceFile = {
   counterparts: [],
 };
 
-/** The references as a person sees them: a document that names none is imitated by itself. */
+/** The references as a person sees them: where a document names none, the clip itself is imitated. */
 export function referencesOf(document: Document): readonly ReferenceFile[] {
   return document.references.length > 0 ? document.references : [PLAIN_REFERENCE];
 }
 
-/** All of the clip itself, and nothing said about it: as the only reference the same as none. */
+/** Whether a reference is the whole clip itself with nothing else set; as the only one it is the same as none. */
 function isBare({ path, first_frame, last_frame, mirror, joint_map, joints }: ReferenceFile): boolean {
   return (
     path === null && first_frame === null && last_frame === null && !mirror && joint_map === null && joints.length === 0
@@ -33,7 +33,7 @@ function withReferences(document: Document, references: readonly ReferenceFile[]
   return { ...document, references: references.length === 1 && only && isBare(only) ? [] : references };
 }
 
-/** Imitate another file too, or where it is null the clip itself; the first file that is named takes the clip's own place. */
+/** Add a file as a reference, or where the path is null the clip itself. The first file replaces the clip itself. */
 export function addReference(document: Document, path: string | null): Document {
   return withReferences(document, [...document.references, { ...PLAIN_REFERENCE, path }]);
 }
@@ -52,7 +52,7 @@ export function removeReference(document: Document, index: number): Document {
   );
 }
 
-/** Imitate another file in the place of one, or the clip itself; what was said about the old one's frames and joints is void. */
+/** Replace a reference by a file, or by the clip itself. The old one's frames and joints don't apply any more. */
 export function setReferenceFile(document: Document, index: number, path: string | null): Document {
   const { weight, mirror } = referencesOf(document)[index] ?? PLAIN_REFERENCE;
   return changeReference(document, index, { ...PLAIN_REFERENCE, weight, mirror, path });

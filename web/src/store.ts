@@ -1,9 +1,9 @@
 /** What the page shows: one place that holds it, and says what changed. */
 
 import { throughKeys } from "./document";
-import { recall, remember } from "./memory";
 import type { Clip, Curve, Document, Problem, State, Why } from "./messages";
 import { type PlaybackState, STILL } from "./playback";
+import { PLAIN_VIEW, recallView, rememberView, type ViewSettings } from "./view_settings";
 import { inputAt, type Knots } from "./warp";
 import type { Match } from "./why";
 
@@ -26,74 +26,119 @@ export type Selection =
   | { readonly kind: "end" }
   | null;
 
-/** What is compared with the output. */
-export type Companion = "input" | "linear" | "spline" | { readonly kept: string };
-
-export interface ViewSettings {
-  readonly layout: "side" | "over";
-  readonly companion: Companion;
-  /** The output figure plays the companion's warp instead. */
-  readonly showB: boolean;
-  readonly follow: boolean;
-  readonly ground: boolean;
-  readonly trails: boolean;
-  readonly onion: boolean;
-  readonly snap: boolean;
-  /** Which clip of a group the camera follows, or which signal is drawn. */
-  readonly clip: number;
-  /** Which reference is looked at. */
-  readonly reference: number;
+/** All that the page shows. Its values are never changed in place: the store's setters replace them. */
+interface Shown {
+  readonly document: Document | null;
+  readonly state: State | null;
+  readonly curve: Curve | null;
+  readonly why: Why | null;
+  readonly problem: Problem | null;
+  readonly clips: readonly Clip[];
+  readonly references: readonly Clip[];
+  readonly kept: ReadonlyMap<string, Knots>;
+  /** Of signals, by their names: the channels that a person chose to see. */
+  readonly channels: ReadonlyMap<string, readonly number[]>;
+  readonly playback: PlaybackState;
+  readonly selection: Selection;
+  /** Output time under the pointer. */
+  readonly hover: number | null;
+  readonly view: ViewSettings;
+  /** Whether a drag is going on: views stand still while it is. */
+  readonly dragging: boolean;
 }
 
-const VIEW: ViewSettings = {
-  layout: "side",
-  companion: "input",
-  showB: false,
-  follow: true,
-  ground: true,
-  trails: false,
-  onion: false,
-  snap: true,
-  clip: 0,
-  reference: 0,
+const NOTHING: Shown = {
+  document: null,
+  state: null,
+  curve: null,
+  why: null,
+  problem: null,
+  clips: [],
+  references: [],
+  kept: new Map(),
+  channels: new Map(),
+  playback: STILL,
+  selection: null,
+  hover: null,
+  view: PLAIN_VIEW,
+  dragging: false,
 };
 
-const STORED = "retime.view";
-
 export class Store {
-  document: Document | null = null;
-  state: State | null = null;
-  curve: Curve | null = null;
-  why: Why | null = null;
-  problem: Problem | null = null;
-  clips: Clip[] = [];
-  references: Clip[] = [];
-  kept = new Map<string, Knots>();
-  /** Of signals, by their names: the channels that a person chose to see. */
-  readonly channels = new Map<string, readonly number[]>();
-  playback: PlaybackState = STILL;
-  selection: Selection = null;
-  /** Output time under the pointer. */
-  hover: number | null = null;
-  view: ViewSettings = { ...VIEW, ...remembered() };
-  /** Whether a drag is going on: views stand still while it is. */
-  dragging = false;
-
+  private shown: Shown = { ...NOTHING, view: recallView() };
   private readonly changed = new Set<Topic>();
 
+  /** `wake` is called when there is something new to draw. */
   constructor(private readonly wake: () => void) {}
 
-  /** Tell that something changed; it is drawn at the next frame. */
-  touch(...topics: Topic[]): void {
-    for (const topic of topics) this.changed.add(topic);
-    this.wake();
-  }
-
-  /** What changed since the last call. */
+  /** Take what changed since the last call, that is since the last frame. */
   take(): Set<Topic> {
     const taken = new Set(this.changed);
     this.changed.clear();
     return taken;
+  }
+
+  /** Whether something of a topic changed since the last frame. */
+  hasChanged(topic: Topic): boolean {
+    return this.changed.has(topic);
+  }
+
+  // What there is.
+
+  get document(): Shown["document"] {
+    return this.shown.document;
+  }
+
+  get state(): Shown["state"] {
+    return this.shown.state;
+  }
+
+  get curve(): Shown["curve"] {
+    return this.shown.curve;
+  }
+
+  get why(): Shown["why"] {
+    return this.shown.why;
+  }
+
+  get problem(): Shown["problem"] {
+    return this.shown.problem;
+  }
+
+  get clips(): Shown["clips"] {
+    return this.shown.clips;
+  }
+
+  get references(): Shown["references"] {
+    return this.shown.references;
+  }
+
+  get kept(): Shown["kept"] {
+    return this.shown.kept;
+  }
+
+  get channels(): Shown["channels"] {
+    return this.shown.channels;
+  }
+
+  get playback(): Shown["playback"] {
+    return this.shown.playback;
+  }
+
+  get selection(): Shown["selection"] {
+    return this.shown.selection;
+  }
+
+  get hover(): Shown["hover"] {
+    return this.shown.hover;
+  }
+
+  get view(): Shown["view"] {
+    return this.shown.view;
+  }
+
+  get dragging(): Shown["dragging"] {
+    return this.shown.dragging;
   }
 
   get clip(): Clip | null {
@@ -105,7 +150,7 @@ export class Store {
     return Math.max(0, Math.min(this.view.reference, (this.document?.references.length ?? 0) - 1));
   }
 
-  /** When a match lies in all of its reference, of which a stretch may be imitated. */
+  /** The time of a match within all of its reference, of which only a stretch may be imitated. */
   wholeTime({ source, time }: Match): number {
     return time + (this.references[source]?.start_time ?? 0);
   }
@@ -156,24 +201,107 @@ export class Store {
     return this.knots ? inputAt(this.knots, outputTime) : 0;
   }
 
+  // What the server tells.
+
+  /** Show a document: as a person has just changed it, or as the server has it. */
+  setDocument(document: Document): void {
+    this.set({ document }, "document");
+  }
+
+  setState(state: State | null): void {
+    this.set({ state }, "status");
+  }
+
+  /** Show a curve; what could not be done before can be done now. */
+  setCurve(curve: Curve): void {
+    this.set({ curve, problem: null }, "curve", "status");
+  }
+
+  /** Show what is wrong with the document; the last curve stays. */
+  setProblem(problem: Problem): void {
+    this.set({ problem }, "curve", "status");
+  }
+
+  setWhy(why: Why): void {
+    this.set({ why }, "why");
+  }
+
+  /** Put a clip or a reference in its place, and forget those beyond as many as there are. */
+  setClip(clip: Clip): void {
+    const list = clip.what === "clip" ? "clips" : "references";
+    const clips = this.shown[list].slice(0, clip.count);
+    clips[clip.index] = clip;
+    this.set({ [list]: clips }, "clips");
+  }
+
+  setKept(id: string, warp: Knots): void {
+    this.set({ kept: new Map(this.shown.kept).set(id, warp) }, "view");
+  }
+
+  /** Another document is open: nothing that was found of the old one belongs to it. */
+  clear(): void {
+    const { clips, references, curve, why, problem } = NOTHING;
+    this.set({ clips, references, curve, why, problem }, "clips", "curve", "why", "status");
+  }
+
+  // What a person does.
+
   look(change: Partial<ViewSettings>): void {
-    this.view = { ...this.view, ...change };
-    const { layout, follow, ground, trails, onion, snap } = this.view;
-    remember(STORED, JSON.stringify({ layout, follow, ground, trails, onion, snap }));
-    this.touch("view");
+    this.set({ view: { ...this.shown.view, ...change } }, "view");
+    rememberView(this.shown.view);
   }
 
   select(selection: Selection): void {
-    this.selection = selection;
-    this.touch("selection");
+    this.set({ selection }, "selection");
   }
-}
 
-function remembered(): Partial<ViewSettings> {
-  try {
-    const found: unknown = JSON.parse(recall(STORED) ?? "{}");
-    return typeof found === "object" && found !== null ? (found as Partial<ViewSettings>) : {};
-  } catch {
-    return {};
+  setPlayback(playback: PlaybackState): void {
+    this.set({ playback }, "playhead");
+  }
+
+  /** The pointer is over an output time, or over none. */
+  point(hover: number | null): void {
+    if (hover !== this.shown.hover) this.set({ hover }, "hover");
+  }
+
+  chooseChannels(signal: string, channels: readonly number[]): void {
+    this.set({ channels: new Map(this.shown.channels).set(signal, channels) }, "view");
+  }
+
+  /** A drag begins, or goes on: views stand still until it ends. */
+  beginDrag(): void {
+    if (!this.shown.dragging) this.set({ dragging: true });
+  }
+
+  endDrag(): void {
+    this.set({ dragging: false }, "view");
+  }
+
+  // What changes outside the store, and has to be drawn.
+
+  /** The stage or the timeline shows another part; which one they remember themselves. */
+  viewMoved(): void {
+    this.set({}, "view");
+  }
+
+  /** Nothing was drawn yet: all of it is new. */
+  begin(): void {
+    this.set({}, "size", "theme", "view");
+  }
+
+  resized(): void {
+    this.set({}, "size");
+  }
+
+  recolored(): void {
+    this.set({}, "theme");
+  }
+
+  /** Change what is shown; it is drawn at the next frame, by those who draw one of the topics. */
+  private set(change: Partial<Shown>, ...topics: Topic[]): void {
+    this.shown = { ...this.shown, ...change };
+    if (topics.length === 0) return;
+    for (const topic of topics) this.changed.add(topic);
+    this.wake();
   }
 }

@@ -52,13 +52,17 @@ export class Theme {
   palette: Palette;
   private readonly media = matchMedia("(prefers-color-scheme: dark)");
 
-  constructor(
-    private readonly root: HTMLElement,
-    private readonly changed: () => void,
-  ) {
+  private changed: () => void = () => undefined;
+
+  constructor(private readonly root: HTMLElement) {
     this.media.addEventListener("change", () => this.apply());
     this.palette = this.read();
     this.apply();
+  }
+
+  /** Call when the colours have changed. */
+  listen(changed: () => void): void {
+    this.changed = changed;
   }
 
   get choice(): ThemeChoice {

@@ -22,11 +22,11 @@ function render({ model, el }: { model: Model; el: HTMLElement }): () => void {
     if (view) {
       // Arrays are views of the frame, so it has to begin at a multiple of 8 bytes: a copy does.
       const frame = view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength);
-      app.session.bytes(frame as ArrayBuffer);
-    } else app.session.text(JSON.stringify(content));
+      app.connection.bytes(frame as ArrayBuffer);
+    } else app.connection.text(JSON.stringify(content));
   };
   model.on("msg:custom", heard);
-  app.session.opened({ send: (text) => model.send(JSON.parse(text)) });
+  app.connection.opened({ send: (text) => model.send(JSON.parse(text)) });
   return () => {
     model.off("msg:custom", heard);
     app.close();

@@ -54,7 +54,7 @@ try {
   await editor.setField("Length", "free");
   await editor.setField("At most", "90%");
   await editor.setField("At least", "2s");
-  await editor.setField("Analysis rate", "20");
+  await editor.setField("Search rate", "20");
   const bounded = page.getByLabel("At most", { exact: true });
   await bounded.fill("1s");
   await bounded.press("Enter");
@@ -68,7 +68,7 @@ try {
   assert.ok(await bounded.evaluate((field) => field === document.activeElement));
   await page.keyboard.type("95");
   await page.keyboard.press("Control+z");
-  await page.getByRole("button", { name: "Undo set analysis rate" }).waitFor();
+  await page.getByRole("button", { name: "Undo set search rate" }).waitFor();
   await page.keyboard.press("Escape");
   await until(() => bounded.inputValue(), "90%");
   // Bounds go with the free length.

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { ThinLine } from "../src/timeline/line";
+import { ThinLine } from "../src/timeline/paint/line";
 
 type Point = readonly [number, number];
 

@@ -12,6 +12,7 @@ import {
 } from "../src/references";
 import { Store } from "../src/store";
 import { frameRange, referenceNames, referenceSpan } from "../src/timeline/reference_span";
+import { clipOf } from "./clips";
 import { EMPTY } from "./empty";
 
 const paths = (document: Document): (string | null)[] => document.references.map((one) => one.path);
@@ -88,38 +89,27 @@ describe("references", () => {
   });
 });
 
-function clip(change: Partial<Clip>): Clip {
-  return {
-    type: "clip",
-    what: "clip",
-    index: 0,
-    count: 1,
-    name: "walk",
-    holds: "motion",
-    rate: 10,
-    n_frames: 41,
-    n_nodes: 0,
-    first_frame: 1,
-    start_time: 0,
-    n_whole: 41,
-    names: [],
-    parents: [],
-    positions: new Float32Array(),
-    values: new Float64Array(),
-    flights: new Float64Array(),
-    counterparts: [],
-    ...change,
-  };
-}
+const clip = (change: Partial<Clip>): Clip => clipOf({ name: "walk", first_frame: 1, ...change });
 
 describe("a reference in its own time", () => {
   // Frames 101 to 161 of a file that has 101 to 301, at 20 a second.
-  const limp = clip({ what: "reference", name: "limp", rate: 20, n_frames: 61, first_frame: 101, n_whole: 201 });
+  const limp = clip({
+    what: "reference",
+    count: 2,
+    name: "limp",
+    rate: 20,
+    n_frames: 61,
+    first_frame: 101,
+    n_whole: 201,
+  });
   const store = new Store(() => undefined);
-  store.clips = [clip({})];
-  store.references = [limp, clip({ what: "reference", index: 1, start_time: 1, n_frames: 11, first_frame: 11 })];
-  store.document = setReferenceRange(addReference(addReference(EMPTY, "limp.bvh"), null), 0, { first: 101, last: 161 });
-  store.document = setReferenceRange(store.document, 1, { first: 11, last: 21 });
+  store.setClip(clip({}));
+  store.setClip(limp);
+  store.setClip(clip({ what: "reference", index: 1, count: 2, start_time: 1, n_frames: 11, first_frame: 11 }));
+  store.setDocument(
+    setReferenceRange(addReference(addReference(EMPTY, "limp.bvh"), null), 0, { first: 101, last: 161 }),
+  );
+  store.setDocument(setReferenceRange(store.document as Document, 1, { first: 11, last: 21 }));
 
   it("is all of its file, and the range that the document says", () => {
     expect(referenceSpan(store)).toMatchObject({
@@ -139,9 +129,9 @@ describe("a reference in its own time", () => {
 
   it("goes with the hand before the clip comes", () => {
     const before = store.document as Document;
-    store.document = setReferenceRange(before, 1, { first: 16, last: 31 });
+    store.setDocument(setReferenceRange(before, 1, { first: 16, last: 31 }));
     expect(referenceSpan(store, 1)).toMatchObject({ start: 1.5, end: 3, offset: 1 });
-    store.document = before;
+    store.setDocument(before);
   });
 
   it("is written as frames of its file, and all of them as none", () => {
@@ -153,7 +143,7 @@ describe("a reference in its own time", () => {
 
   it("is called by its name, and by its stretch where two have one name", () => {
     expect(referenceNames(store)).toEqual(["limp", "The clip itself"]);
-    store.document = addReference(store.document as Document, null);
+    store.setDocument(addReference(store.document as Document, null));
     expect(referenceNames(store)).toEqual(["limp", "The clip itself, 1.0–2.0 s", "The clip itself (3)"]);
   });
 });

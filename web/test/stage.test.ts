@@ -13,36 +13,19 @@ import {
   trailNodes,
 } from "../src/stage/align";
 import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../src/why";
+import { clipOf } from "./clips";
 
 /** A clip of a few nodes; positions are given frame by frame. */
-function clipOf(names: string[], parents: number[], frames: number[][]): Clip {
-  return {
-    type: "clip",
-    what: "clip",
-    index: 0,
-    count: 1,
-    name: "made",
-    holds: "motion",
-    rate: 10,
-    n_frames: frames.length,
-    n_nodes: names.length,
-    first_frame: 0,
-    start_time: 0,
-    n_whole: 0,
-    counterparts: [],
-    names,
-    parents,
-    positions: Float32Array.from(frames.flat()),
-    values: new Float64Array(0),
-    flights: new Float64Array(0),
-  };
+function figureOf(names: string[], parents: number[], frames: number[][]): Clip {
+  const positions = Float32Array.from(frames.flat());
+  return clipOf({ n_frames: frames.length, n_nodes: names.length, names, parents, positions });
 }
 
 const BODY = Float32Array.of(0, 1, 0, 0.5, 1.5, 0, -0.5, 1.5, 0.2, 0, 0, 0.3);
 const PAIRS = [0, 1, 2, 3].map((i): [number, number] => [i, i]);
 
 describe("a reference laid over the output", () => {
-  const clip = clipOf(["Hips", "LeftFoot", "RightFoot"], [-1, 0, 0], [[0, 0, 0, 0, 0, 0, 0, 0, 0]]);
+  const clip = figureOf(["Hips", "LeftFoot", "RightFoot"], [-1, 0, 0], [[0, 0, 0, 0, 0, 0, 0, 0, 0]]);
   const other = { ...clip, names: ["a", "b", "c"] };
 
   it("is matched as the search matched it, the sides swapped in a mirror", () => {
@@ -70,7 +53,7 @@ describe("a reference laid over the output", () => {
 });
 
 describe("poses", () => {
-  const clip = clipOf(
+  const clip = figureOf(
     ["hips"],
     [-1],
     [
@@ -145,7 +128,7 @@ describe("names of nodes", () => {
 
 it("trails follow the root and the limbs' ends, of fingers one", () => {
   const names = ["hips", "hand", "finger1", "finger2", "foot"];
-  const clip = clipOf(names, [-1, 0, 1, 1, 0], [[0, 1, 0, 0.6, 1.4, 0, 0.7, 1.4, 0, 0.7, 1.4, 0.02, 0, 0, 0]]);
+  const clip = figureOf(names, [-1, 0, 1, 1, 0], [[0, 1, 0, 0.6, 1.4, 0, 0.7, 1.4, 0, 0.7, 1.4, 0.02, 0, 0, 0]]);
   const chosen = trailNodes(clip).map((node) => names[node]);
   expect(chosen).toHaveLength(3);
   expect(chosen).toContain("hips");

@@ -62,9 +62,7 @@ export class ChannelList {
   }
 
   private choose(which: (clip: Clip) => readonly number[]): void {
-    if (!this.made) return;
-    this.store.channels.set(this.made.name, which(this.made));
-    this.store.touch("view");
+    if (this.made) this.store.chooseChannels(this.made.name, which(this.made));
   }
 
   private build(clip: Clip): void {

@@ -13,7 +13,7 @@ export interface Field {
   blame(message: string | null): void;
 }
 
-/** A field for text; `commit` says whether it could make sense of it. */
+/** A field for text; `commit` returns whether it understood what was typed. */
 export function textField(label: string, hint: string, commit: (text: string) => boolean): Field {
   const id = `retime-field-${++count}`;
   const input = make("input", {
@@ -36,7 +36,7 @@ export function textField(label: string, hint: string, commit: (text: string) =>
   input.addEventListener("change", take);
   input.addEventListener("input", () => (input.dataset.typing = String(input.value !== shown)));
   input.addEventListener("keydown", (event) => {
-    // Keys with Control are the page's, as far as the field lets it have them.
+    // The page gets the keys with Control, except those that the field needs itself (see shortcuts.ts).
     if (!event.ctrlKey && !event.metaKey) event.stopPropagation();
     if (event.key === "Escape") {
       input.dataset.typing = "false";
@@ -79,7 +79,7 @@ export interface Slider {
   show(value: number, text: string): void;
 }
 
-/** A slider whose drag is one gesture: `slide` while it moves, `settle` when it is let go. */
+/** A slider; `slide` is called while it moves, and once more, with `done`, when it is let go. */
 export function slider(
   label: string,
   hint: string,

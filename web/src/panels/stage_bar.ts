@@ -1,7 +1,8 @@
 /** What lies over the stage: how it is looked at, and who is who. */
 
 import { make, setAttribute, setText } from "../dom";
-import type { Store, Topic, ViewSettings } from "../store";
+import type { Store, Topic } from "../store";
+import type { ViewSettings } from "../view_settings";
 import { nearestMatch } from "../why";
 import { ChannelList } from "./channels";
 

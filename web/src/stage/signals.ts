@@ -38,7 +38,7 @@ export class SignalView {
     this.view.hidden = true;
     this.rows.append(this.canvas);
     this.view.append(this.rows);
-    this.view.addEventListener("scroll", () => store.touch("view"));
+    this.view.addEventListener("scroll", () => store.viewMoved());
     root.prepend(this.view);
   }
 
@@ -68,8 +68,8 @@ export class SignalView {
     // The left column ends where the stage's halves meet.
     const columnWidth = side ? width / 2 - LEFT - 12 : width - LEFT - 12;
     const leftOf = (column: number): number => (column === 0 ? LEFT : width / 2 + 12);
-    const end = (clip.n_frames - 1) / clip.rate;
-    const identity: Knots = { outputTimes: Float64Array.of(0, end), inputTimes: Float64Array.of(0, end) };
+    const lastTime = (clip.n_frames - 1) / clip.rate;
+    const identity: Knots = { outputTimes: Float64Array.of(0, lastTime), inputTimes: Float64Array.of(0, lastTime) };
     const companion = companionKnots ?? identity;
     const longest = Math.max(outputEnd(knots), outputEnd(companion));
     const { palette } = this.theme;

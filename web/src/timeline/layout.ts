@@ -24,9 +24,12 @@ export interface Layout {
 }
 
 export const GUTTER = 72;
+/** Heights, pixels. */
 const RULER = 22;
 const HEAT = 15;
 const REFERENCE = 30;
+/** From a keytime to an end of its tangent. */
+const TANGENT = 46;
 
 export function layoutOf(width: number, height: number): Layout {
   const wide = Math.max(width - GUTTER - 10, 40);
@@ -79,6 +82,14 @@ export function inputTimeAt(layout: Layout, scales: Scales, y: number): number {
 
 export function speedAtY(layout: Layout, scales: Scales, y: number): number {
   return 2 ** toValue(scales.speed, layout.speed.height, layout.speed.y + layout.speed.height - y);
+}
+
+/** The line from a keytime to the end of its tangent, for a speed there: pixels to the right, and downward. */
+export function tangentArm(layout: Layout, scales: Scales, speed: number): [number, number] {
+  const dx = layout.map.width / (scales.output.to - scales.output.from);
+  const dy = (-speed * layout.map.height) / (scales.input.to - scales.input.from);
+  const length = Math.hypot(dx, dy);
+  return [(TANGENT * dx) / length, (TANGENT * dy) / length];
 }
 
 export function inside(box: Box, x: number, y: number): boolean {

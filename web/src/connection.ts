@@ -9,6 +9,7 @@ import {
   type Listing,
   type PageMessage,
   readArrays,
+  type State,
   type TextMessage,
   VERSION,
 } from "./messages";
@@ -32,12 +33,12 @@ type Command =
   | { readonly type: "redo" }
   | { readonly type: "keep"; name: string };
 
-export interface SessionEvents {
+export interface ConnectionEvents {
   notice(kind: "info" | "warning" | "error", text: string): void;
   listing(listing: Listing): void;
   found(found: Found): void;
   connected(): void;
-  /** What is open was recovered from a session that ended before it was saved. */
+  /** What is open was recovered from a run of the editor that ended before it was saved. */
   recovered(): void;
   lost(): void;
   /** The page speaks another version than the server. */
@@ -46,25 +47,25 @@ export interface SessionEvents {
   renewed(): void;
 }
 
-// Writing an edit down takes the server milliseconds; one that is in doubt for as long as this was refused.
+// The server saves an edit within milliseconds. If it has said nothing of one for this long, it has refused it.
 const DOUBT_MS = 1500;
 
-export class Session implements LinkEvents {
+export class Connection implements LinkEvents {
   private link: Link | null = null;
   private readonly gate: Gate<Command>;
-  /** Of the document as the page last sent it or was told. */
+  /** The revision of the document that the page sent or received last. */
   private revision = 0;
-  /** What has no answer yet, neither that it is safe nor its curve. */
+  /** The change that has no answer yet: neither that it is saved nor its curve. */
   private inFlight: { readonly revision: number; readonly sent: number } | null = null;
   private doubt: ReturnType<typeof setTimeout> | undefined;
   private gestures = 0;
-  /** Moves whose curve has not come, and those whose curve came: for the measurement. */
+  /** When the hand moved, for curves that have not come yet and for those that have: for the tests' measurement. */
   private unansweredMoves: { revision: number; moves: readonly number[] }[] = [];
   private answeredMoves: number[] = [];
 
   constructor(
     private readonly store: Store,
-    private readonly events: SessionEvents,
+    private readonly events: ConnectionEvents,
     atNextFrame: AtNextFrame,
   ) {
     this.gate = new Gate((change) => this.sendCommand(change.value, change.moves), atNextFrame);
@@ -74,12 +75,12 @@ export class Session implements LinkEvents {
     return this.link !== null;
   }
 
-  /** Whether something that was done is not on its way to the disk yet. */
+  /** Whether there are changes that the server has not answered. */
   get busy(): boolean {
     return this.gate.busy;
   }
 
-  /** A name for a gesture that no other has. */
+  /** Make a name for a gesture that no other gesture has. */
   newGesture(): string {
     return `g${Date.now().toString(36)}-${++this.gestures}`;
   }
@@ -87,8 +88,7 @@ export class Session implements LinkEvents {
   /** Change the document. Edits of a gesture that is not `done` are parts of one undo step. */
   edit(document: Document, label: string, gesture = this.newGesture(), done = true, moved = performance.now()): void {
     if (!this.store.document) return;
-    this.store.document = document;
-    this.store.touch("document");
+    this.store.setDocument(document);
     this.gate.offer({ type: "edit", gesture, done, label, document }, gesture, moved);
   }
 
@@ -135,7 +135,7 @@ export class Session implements LinkEvents {
   opened(link: Link): void {
     this.link = link;
     this.forget();
-    this.store.state = null;
+    this.store.setState(null);
     this.revision = 0;
     this.say({ type: "hello", version: VERSION });
   }
@@ -153,39 +153,14 @@ export class Session implements LinkEvents {
         if (message.version === VERSION) this.events.connected();
         else this.events.outdated();
         break;
-      case "state": {
-        const before = this.store.state;
-        this.store.state = message;
-        // Another window was faster, or another document was opened: what the page meant is void.
-        if (message.revision > this.revision) this.forget();
-        if (message.revision < this.revision) {
-          // Of a moment before the last change. Where nothing was heard of that one yet, it may have been refused.
-          const sent = this.inFlight;
-          clearTimeout(this.doubt);
-          if (sent) {
-            const refused = (): void => {
-              if (this.inFlight === sent) this.takeBack();
-            };
-            this.doubt = setTimeout(refused, sent.sent + DOUBT_MS - performance.now());
-          }
-          this.store.touch("status");
-          break;
-        }
-        this.revision = message.revision;
-        if (message.recovered && !before?.recovered) this.events.recovered();
-        if (before && before.opened !== message.opened) this.renew();
-        // While later changes wait, the page shows those; the answer to an earlier one would jump back.
-        if (!this.gate.waits) this.store.document = message.document;
-        this.store.touch("document", "status");
-        this.answer(message.revision);
+      case "state":
+        this.stated(message);
         break;
-      }
       case "ack":
         this.answer(message.revision);
         break;
       case "problem":
-        this.store.problem = message;
-        this.store.touch("curve", "status");
+        this.store.setProblem(message);
         this.settle(message.revision);
         break;
       case "notice":
@@ -210,39 +185,49 @@ export class Session implements LinkEvents {
     const message: ArrayMessage = readArrays(frame);
     const { store } = this;
     switch (message.type) {
-      case "clip": {
-        const list = message.what === "clip" ? store.clips : store.references;
-        list.length = Math.min(list.length, message.count);
-        list[message.index] = message;
-        store.touch("clips");
+      case "clip":
+        store.setClip(message);
         break;
-      }
       case "curve":
-        store.curve = message;
-        store.problem = null;
-        store.touch("curve", "status");
+        store.setCurve(message);
         this.settle(message.revision);
         break;
       case "why":
-        store.why = message;
-        store.touch("why");
+        store.setWhy(message);
         break;
       case "kept":
-        store.kept.set(message.id, { outputTimes: message.output_times, inputTimes: message.input_times });
-        store.touch("view");
+        store.setKept(message.id, { outputTimes: message.output_times, inputTimes: message.input_times });
         break;
     }
   }
 
-  /** Another document: nothing that was drawn belongs to it. */
-  private renew(): void {
-    const { store } = this;
-    store.clips = [];
-    store.references = [];
-    store.curve = null;
-    store.why = null;
-    store.problem = null;
-    this.events.renewed();
+  /** The server says how the document stands, at the revision that the page has sent last or at another. */
+  private stated(message: State): void {
+    const before = this.store.state;
+    this.store.setState(message);
+    // Another window was faster, or another document was opened: what the page was about to send is out of date.
+    if (message.revision > this.revision) this.forget();
+    if (message.revision < this.revision) {
+      // The server told this before it had the page's last change. Perhaps it has refused that one: wait, and see.
+      const sent = this.inFlight;
+      clearTimeout(this.doubt);
+      if (sent) {
+        const refused = (): void => {
+          if (this.inFlight === sent) this.takeBack();
+        };
+        this.doubt = setTimeout(refused, sent.sent + DOUBT_MS - performance.now());
+      }
+      return;
+    }
+    this.revision = message.revision;
+    if (message.recovered && !before?.recovered) this.events.recovered();
+    if (before && before.opened !== message.opened) {
+      this.store.clear();
+      this.events.renewed();
+    }
+    // While later changes wait, the page shows those: the document of an earlier answer would jump back.
+    if (!this.gate.waits) this.store.setDocument(message.document);
+    this.answer(message.revision);
   }
 
   private forget(): void {
@@ -261,8 +246,8 @@ export class Session implements LinkEvents {
   }
 
   /**
-   * Let the next change go. It need not wait for the curve: what has begun is not to be stopped, and of the positions
-   * that wait for the solver it takes the newest.
+   * Let the next change go. It need not wait for the curve of the last one: of the documents that wait for it, the
+   * solver takes the newest.
    */
   private answer(revision: number): void {
     if (!this.inFlight || revision < this.inFlight.revision) return;
@@ -285,8 +270,7 @@ export class Session implements LinkEvents {
     const { state } = this.store;
     if (!state) return;
     this.revision = state.revision;
-    this.store.document = state.document;
-    this.store.touch("document");
+    this.store.setDocument(state.document);
   }
 
   private say(message: PageMessage): void {

@@ -1,10 +1,10 @@
 /** How a file is read: which axis is up, its frames a second, the skeleton of an AMC. */
 
-import { parseRate } from "../document";
-import { make, setText } from "../dom";
-import type { Dialogs } from "./dialogs";
-import { choice, textField } from "./fields";
-import { fileName } from "./top";
+import { make, setText } from "../../dom";
+import { parseRate } from "../../grammar";
+import type { Dialogs } from "../dialogs/dialogs";
+import { choice, textField } from "../fields";
+import { fileName } from "../top";
 
 interface Reading {
   readonly path: string | null;

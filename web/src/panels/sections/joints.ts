@@ -1,12 +1,13 @@
 /** Which joint (or channel) of a reference stands for which of the clip's: a table, and a file that says the same. */
 
-import { make, setText } from "../dom";
-import type { Clip, Document, ReferenceFile } from "../messages";
-import { changeReference, referencesOf, setJoint } from "../references";
-import type { Session } from "../session";
-import type { Store } from "../store";
-import type { Dialogs } from "./dialogs";
-import { fileName } from "./top";
+import type { Connection } from "../../connection";
+import { make, setText } from "../../dom";
+import type { Clip, Document, ReferenceFile } from "../../messages";
+import { changeReference, referencesOf, setJoint } from "../../references";
+import type { Store } from "../../store";
+import { makeDialog } from "../dialogs/dialog";
+import type { Dialogs } from "../dialogs/dialogs";
+import { fileName } from "../top";
 
 interface Row {
   readonly root: HTMLElement;
@@ -14,7 +15,7 @@ interface Row {
 }
 
 export class JointTable {
-  private readonly dialog: HTMLDialogElement;
+  private readonly dialog = makeDialog("Joints");
   private readonly title = make("h3", { tabindex: -1 });
   private readonly note = make("p", { class: "note", "aria-live": "polite" });
   private readonly fault = make("p", { class: "refused", role: "alert", hidden: true });
@@ -31,10 +32,9 @@ export class JointTable {
 
   constructor(
     private readonly store: Store,
-    private readonly session: Session,
+    private readonly connection: Connection,
     dialogs: Dialogs,
   ) {
-    this.dialog = dialogs.dialog("Joints", []);
     const close = make("button", { type: "submit", class: "button main" }, "Done");
     this.file.addEventListener("click", () =>
       dialogs.showOpen({
@@ -56,7 +56,7 @@ export class JointTable {
       make("footer", {}, this.file, this.noFile, gap, this.plain, close),
     );
     this.dialog.append(form);
-    dialogs.root.append(this.dialog);
+    dialogs.add(this.dialog);
   }
 
   show(): void {
@@ -71,7 +71,8 @@ export class JointTable {
     const reference = references[this.store.reference];
     const file = this.reference;
     if (!clip || !reference || !file) return;
-    setText(this.title, `What of ${reference.name} stands for what of ${clip.name}`);
+    const parts = clip.holds === "signal" ? "Channels" : "Joints";
+    setText(this.title, `${parts} of ${reference.name} that stand for those of ${clip.name}`);
     this.dialog.setAttribute("aria-label", this.title.textContent ?? "Joints");
     const own = clip.names.slice(0, reference.counterparts.length);
     const matched = reference.counterparts.filter((name) => name !== "").length;
@@ -107,13 +108,13 @@ export class JointTable {
   }
 
   private change(change: Partial<ReferenceFile>): void {
-    this.session.edit(
+    this.connection.edit(
       changeReference(this.store.document as Document, this.store.reference, change),
       "change joint map",
     );
   }
 
-  /** Rows are made once for two skeletons: a choice that is open stays so while its answer comes. */
+  /** Make the rows once for each pair of skeletons: an open list of choices stays open when an answer arrives. */
   private build(own: readonly string[], reference: Clip): void {
     const names = jointsOf(reference);
     const now = JSON.stringify([own, names]);
@@ -128,7 +129,7 @@ export class JointTable {
         );
         select.append(...names.map((other) => make("option", { value: other }, other)));
         select.addEventListener("change", () =>
-          this.session.edit(
+          this.connection.edit(
             setJoint(
               this.store.document as Document,
               this.store.reference,
@@ -145,7 +146,7 @@ export class JointTable {
   }
 }
 
-/** Joints, without the ends that nobody moves; of a signal its channels. */
+/** The joints of a motion, without the ends of its limbs; the channels of a signal. */
 export function jointsOf(clip: Clip): string[] {
   return clip.names.filter((name) => !name.startsWith("end of "));
 }

@@ -1,14 +1,15 @@
 /** The clips of the group: what they are, whether the warp is found on them, and how they are read. */
 
-import { addClip, changeClip, removeClip, setRole } from "../document";
-import { make, setText } from "../dom";
-import { icon } from "../icons";
-import type { ClipFile, Document } from "../messages";
-import type { Session } from "../session";
-import type { Store } from "../store";
-import type { Dialogs } from "./dialogs";
+import type { Connection } from "../../connection";
+import { addClip, changeClip, removeClip, setRole } from "../../document";
+import { make, setText } from "../../dom";
+import type { ClipFile, Document } from "../../messages";
+import type { Store } from "../../store";
+import { button, iconButton } from "../buttons";
+import type { Dialogs } from "../dialogs/dialogs";
+import { dot, fileName } from "../top";
 import { type ReadingFields, readingFields } from "./reading";
-import { dot, fileName } from "./top";
+import { documentOf, frame, type Section, type Side } from "./section";
 
 interface Row {
   readonly root: HTMLElement;
@@ -19,33 +20,37 @@ interface Row {
   readonly fault: HTMLElement;
 }
 
-export class ClipPanel {
-  readonly add: HTMLButtonElement;
-  readonly body = make("div");
-  private readonly rows: Row[] = [];
-
-  constructor(
-    private readonly store: Store,
-    private readonly session: Session,
-    private readonly dialogs: Dialogs,
-  ) {
-    this.add = make(
-      "button",
-      { type: "button", class: "button", title: "Another clip that gets the same warp: a second character, a camera" },
-      icon("plus"),
-      "Add",
-    );
-    this.add.addEventListener("click", () =>
+export function clipsSection(side: Side): Section {
+  const { store, connection, dialogs } = side;
+  const add = button(
+    "Add",
+    "Another clip that gets the same warp: a second character, a camera",
+    () =>
       dialogs.showOpen({
         title: "Add a clip",
         holds: "clip",
-        take: (path) => session.edit(addClip(this.document, path), "add clip"),
+        take: (path) => connection.edit(addClip(documentOf(store), path), "add clip"),
       }),
-    );
-  }
+    "plus",
+  );
+  const { root, body } = frame("Clips", add);
+  const rows = new ClipRows(body, store, connection, dialogs);
+  return { root, update: () => rows.update() };
+}
+
+/** A row for each clip of the group. */
+class ClipRows {
+  private readonly rows: Row[] = [];
+
+  constructor(
+    private readonly body: HTMLElement,
+    private readonly store: Store,
+    private readonly connection: Connection,
+    private readonly dialogs: Dialogs,
+  ) {}
 
   private get document(): Document {
-    return this.store.document as Document;
+    return documentOf(this.store);
   }
 
   update(): void {
@@ -75,24 +80,23 @@ export class ClipPanel {
   }
 
   private makeRow(i: number): Row {
-    const { store, session } = this;
+    const { store, connection } = this;
     const role = make(
       "select",
-      { class: "field", disabled: i === 0, title: "Whether the warp is found on it, or it only gets the warp" },
+      {
+        class: "field",
+        disabled: i === 0,
+        title: "Searched: it has a say in the timing. Follows: it only gets the timing",
+      },
       make("option", { value: "search" }, "searched"),
       make("option", { value: "follow" }, "follows"),
     );
     role.addEventListener("change", () =>
-      session.edit(setRole(this.document, i, role.value === "search" ? "search" : "follow"), "choose role of clip"),
+      connection.edit(setRole(this.document, i, role.value === "search" ? "search" : "follow"), "choose role of clip"),
     );
-    const remove = make(
-      "button",
-      { type: "button", class: "button bare", title: "Remove from the group" },
-      icon("trash"),
-    );
-    remove.addEventListener("click", () => {
+    const remove = iconButton("trash", "Remove from the group", () => {
       store.look({ clip: 0 });
-      session.edit(removeClip(this.document, i), "remove clip");
+      connection.edit(removeClip(this.document, i), "remove clip");
     });
     // The first one sets the clock.
     if (i === 0) remove.style.visibility = "hidden";
@@ -102,9 +106,9 @@ export class ClipPanel {
       this.dialogs,
       `Clip ${i + 1}`,
       () => this.document.clips[i] as ClipFile,
-      (change) => session.edit(changeClip(this.document, i, change), "change how a clip is read"),
+      (change) => connection.edit(changeClip(this.document, i, change), "change how a clip is read"),
       () => store.problem?.clip === i,
-      (path) => session.edit(changeClip(this.document, i, { path }), "choose clip"),
+      (path) => connection.edit(changeClip(this.document, i, { path }), "choose clip"),
     );
     const root = make("div", {}, make("div", { class: "cliprow" }, name, role, remove), fault, reading.root);
     return { root, name, role, remove, reading, fault };

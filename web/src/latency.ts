@@ -1,0 +1,13 @@
+/** How long people wait for a curve, from their hand to the screen; for the measurement in the tests. */
+
+/** Tell, once the frame that is being drawn was painted, how long ago these moves of the hand were. */
+export function tellLatency(root: HTMLElement, moves: readonly number[]): void {
+  if (moves.length === 0) return;
+  const channel = new MessageChannel();
+  // A message that is sent in a frame arrives after that frame was painted.
+  channel.port1.onmessage = () => {
+    const now = performance.now();
+    root.dispatchEvent(new CustomEvent("retime:curve", { detail: moves.map((moved) => now - moved) }));
+  };
+  channel.port2.postMessage(null);
+}

@@ -1,0 +1,64 @@
+/** The dialogs, and which of them is meant by what the server answers. */
+
+import type { Connection } from "../../connection";
+import type { Found, Listing } from "../../messages";
+import type { TakeFiles } from "../../shell/files";
+import type { Shortcut } from "../../shortcuts";
+import type { Store } from "../../store";
+import { HelpDialog } from "./help";
+import { OpenDialog, type Wanted } from "./open";
+import { WriteDialog } from "./write";
+
+export class Dialogs {
+  private readonly help = new HelpDialog();
+  private readonly open: OpenDialog;
+  private readonly write: WriteDialog;
+
+  constructor(
+    private readonly root: HTMLElement,
+    store: Store,
+    connection: Connection,
+    send: TakeFiles | null,
+  ) {
+    this.open = new OpenDialog(connection, send);
+    this.write = new WriteDialog(store, connection);
+    this.add(this.help.root);
+    this.add(this.open.root);
+    this.add(this.write.root);
+  }
+
+  /** Take one more dialog in. */
+  add(dialog: HTMLDialogElement): void {
+    this.root.append(dialog);
+  }
+
+  get isOpen(): boolean {
+    return this.root.querySelector("dialog[open]") !== null;
+  }
+
+  showHelp(shortcuts: readonly Shortcut[], byHand: readonly (readonly [string, string])[]): void {
+    this.help.show(shortcuts, byHand);
+  }
+
+  /** Choose a file: a document to open, or one that is wanted for something else. */
+  showOpen(wanted?: Wanted): void {
+    this.open.show(wanted);
+  }
+
+  showSave(): void {
+    this.write.show(true);
+  }
+
+  showExport(): void {
+    this.write.show(false);
+  }
+
+  list(listing: Listing): void {
+    this.open.list(listing);
+  }
+
+  found(found: Found): void {
+    this.open.found(found);
+    this.write.found(found);
+  }
+}

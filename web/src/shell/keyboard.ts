@@ -1,0 +1,84 @@
+/** What each key does: one table, which the list of shortcuts shows too. */
+
+import type { Connection } from "../connection";
+import { deleteItem } from "../deleting";
+import type { Dialogs } from "../panels/dialogs/dialogs";
+import type { Player } from "../player";
+import type { Shortcut } from "../shortcuts";
+import type { Store } from "../store";
+import type { Timeline } from "../timeline/timeline";
+
+export interface Actions {
+  save(): void;
+  help(): void;
+  /** Play the other of two warps that are compared. */
+  swap(): void;
+}
+
+/** What the hand does, for the list of shortcuts. */
+export const BY_HAND: readonly (readonly [string, string])[] = [
+  ["Double-click the map", "Add a keytime"],
+  ["Shift while dragging", "Move a keytime along one axis"],
+  ["Alt while dragging", "Turn snapping off, or on"],
+  ["Drag the input times", "Lock a span"],
+  ["Scroll, Shift+scroll", "Zoom, move along"],
+  ["Arrows on a keytime", "Move it by a frame, with Shift by ten"],
+  ["Double-click a speed", "Set it free again"],
+  ["Esc while dragging", "Cancel the drag"],
+];
+
+export function shortcutTable(
+  store: Store,
+  connection: Connection,
+  player: Player,
+  timeline: Timeline,
+  dialogs: Dialogs,
+  actions: Actions,
+): readonly Shortcut[] {
+  const playing: Shortcut[] = [
+    { keys: ["Space"], does: "Play, pause", action: () => player.toggle() },
+    { keys: ["J"], does: "Play backward; again, faster", action: () => player.shuttle(-1) },
+    { keys: ["K"], does: "Stop", action: () => player.stop() },
+    { keys: ["L"], does: "Play; again, faster", action: () => player.shuttle(1) },
+    { keys: ["ArrowLeft"], does: "A frame back", action: () => player.step(-1) },
+    { keys: ["ArrowRight"], does: "A frame on", action: () => player.step(1) },
+    { keys: ["Shift+ArrowLeft"], does: "Ten frames back", action: () => player.step(-10) },
+    { keys: ["Shift+ArrowRight"], does: "Ten frames on", action: () => player.step(10) },
+    { keys: ["ArrowUp"], does: "To the next keytime", action: () => player.toKey(1) },
+    { keys: ["ArrowDown"], does: "To the keytime before", action: () => player.toKey(-1) },
+    { keys: ["Home"], does: "To the beginning", action: () => player.toEdge("start") },
+    { keys: ["End"], does: "To the end", action: () => player.toEdge("end") },
+  ];
+  const editing: Shortcut[] = [
+    { keys: ["I"], does: "Keytime at the playhead", action: () => timeline.addKeyAt(store.playback.outputTime) },
+    {
+      keys: ["Delete", "Backspace"],
+      does: "Delete what is selected",
+      action: () => deleteItem(store, connection, store.selection),
+    },
+    { keys: ["Ctrl+Z"], does: "Undo", action: () => connection.undo() },
+    { keys: ["Ctrl+Shift+Z", "Ctrl+Y"], does: "Redo", action: () => connection.redo() },
+  ];
+  const looking: Shortcut[] = [
+    { keys: ["B"], does: "A or B: this warp, or the compared one", action: () => actions.swap() },
+    { keys: ["C"], does: "Play by the other clock", action: () => player.otherClock() },
+    {
+      keys: ["V"],
+      does: "Side by side, or overlaid",
+      action: () => store.look({ layout: store.view.layout === "side" ? "over" : "side" }),
+    },
+    { keys: ["T"], does: "Trails", action: () => store.look({ trails: !store.view.trails }) },
+    { keys: ["O"], does: "Onion skins", action: () => store.look({ onion: !store.view.onion }) },
+    { keys: ["+", "="], does: "Zoom in", action: () => timeline.zoomBy(0.7) },
+    { keys: ["-"], does: "Zoom out", action: () => timeline.zoomBy(1 / 0.7) },
+    { keys: ["F"], does: "Show all of the output", action: () => timeline.fit() },
+  ];
+  const files: Shortcut[] = [
+    { keys: ["Ctrl+S"], does: "Save", action: () => actions.save() },
+    { keys: ["Ctrl+Shift+S"], does: "Save under another name", action: () => dialogs.showSave() },
+    { keys: ["Ctrl+O"], does: "Open", action: () => dialogs.showOpen() },
+    { keys: ["Ctrl+E"], does: "Export", action: () => dialogs.showExport() },
+    { keys: ["?"], does: "This list", action: () => actions.help() },
+  ];
+  return [...playing, ...editing, ...looking, ...files];
+}

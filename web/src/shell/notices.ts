@@ -1,0 +1,24 @@
+/** Notices over the page: good news goes by itself, bad news stays until it was read. */
+
+import { make } from "../dom";
+
+export type NoticeKind = "info" | "warning" | "error";
+
+const MOST = 4;
+/** How long good news stays, milliseconds. */
+const SHOWN = 6000;
+
+export class Notices {
+  readonly root = make("div", { class: "notices", "aria-live": "polite" });
+
+  say(kind: NoticeKind, text: string): void {
+    const close = make("button", { type: "button", class: "button bare", "aria-label": "Close" }, "✕");
+    const role = kind === "info" ? "status" : "alert";
+    const notice = make("div", { class: "notice", "data-kind": kind, role }, make("p", {}, text), close);
+    const gone = (): void => notice.remove();
+    close.addEventListener("click", gone);
+    if (kind === "info") setTimeout(gone, SHOWN);
+    this.root.append(notice);
+    while (this.root.childElementCount > MOST) this.root.firstElementChild?.remove();
+  }
+}

@@ -1,0 +1,24 @@
+/** What lies over the page while there is nothing to show, and says why. */
+
+import { make } from "../dom";
+
+export class Veil {
+  readonly root = make("div", { class: "veil", role: "status" });
+
+  /** Cover all of the page. */
+  cover(text: string): void {
+    delete this.root.dataset.is;
+    this.root.replaceChildren(make("p", {}, text));
+    this.root.hidden = false;
+  }
+
+  /** Cover what a document has nothing to show for; the top and the side, where it can be mended, stay at hand. */
+  coverWithProblem(text: string): void {
+    this.cover(text);
+    this.root.dataset.is = "problem";
+  }
+
+  lift(): void {
+    this.root.hidden = true;
+  }
+}

@@ -1,0 +1,45 @@
+/** Trails and onion skins: what the output shows a little before and after the frame that is looked at. */
+
+import { inputAt, type Knots, outputEnd, outputStart } from "../warp";
+import type { Cast } from "./cast";
+
+/** Seconds of output to each side of the playhead that they cover, and between onion skins. */
+const AROUND = 1.2;
+const ONION_STEP = 0.2;
+/** Seconds between the dots of a trail at least: of faster clips they would lie on top of each other. */
+const TRAIL_STEP = 1 / 30;
+
+export interface Shown {
+  readonly trails: boolean;
+  readonly onion: boolean;
+}
+
+/** Draw them for one clip, whose frames come `rate` times a second. */
+export function showAround(cast: Cast, knots: Knots, outputTime: number, rate: number, shown: Shown): void {
+  cast.trails.object.visible = shown.trails;
+  cast.onion.object.visible = shown.onion;
+  if (shown.trails) {
+    const { times, nearness } = around(knots, outputTime, Math.max(1 / rate, TRAIL_STEP));
+    cast.trails.show(times, nearness);
+  }
+  if (shown.onion) {
+    const { times, nearness } = around(knots, outputTime, ONION_STEP);
+    cast.onion.show(
+      times,
+      nearness.map((near) => 0.75 * near),
+    );
+  }
+}
+
+/** Input times shown at whole multiples of a step, and how near those are: from 0 to 0.9. */
+function around(knots: Knots, outputTime: number, step: number): { times: number[]; nearness: number[] } {
+  const low = Math.max(outputStart(knots), outputTime - AROUND);
+  const high = Math.min(outputEnd(knots), outputTime + AROUND);
+  const times: number[] = [];
+  const nearness: number[] = [];
+  for (let i = Math.ceil(low / step - 1e-6); i <= Math.floor(high / step + 1e-6); i++) {
+    times.push(inputAt(knots, i * step));
+    nearness.push(0.9 * (1 - Math.abs(i * step - outputTime) / AROUND) ** 0.7 || 0);
+  }
+  return { times, nearness };
+}

@@ -1,0 +1,52 @@
+/** The end of the output: pulled, it makes the clip longer or shorter. */
+
+import { lengthInFrames, setLength } from "../../document";
+import { clamp } from "../../scale";
+import type { Drag } from "../drag";
+import { inputY } from "../layout";
+import { describe, move } from "./elements";
+import type { Hand } from "./hand";
+
+export class EndHandle {
+  readonly element: HTMLElement;
+
+  constructor(private readonly hand: Hand) {
+    this.element = hand.slider(
+      "handle key end",
+      "End of the output",
+      () => this.drag(),
+      (by) => this.nudge(by),
+    );
+    this.element.addEventListener("focus", () => hand.store.select({ kind: "end" }));
+  }
+
+  place(): void {
+    const { hand, element } = this;
+    const { layout, scales, store, outputEnd } = hand;
+    const { map } = layout;
+    const x = hand.overlayX(outputEnd);
+    const y = inputY(layout, scales, store.inputEnd);
+    move(element, x, clamp(y, map.y, map.y + map.height), store.knots !== null && x > 4 && x < map.width + 23);
+    describe(element, outputEnd, 0, 10 * Math.max(outputEnd, 1), `${outputEnd.toFixed(3)} s`);
+    element.classList.toggle("selected", store.selection?.kind === "end");
+  }
+
+  /** A length that the search has chosen becomes one that is given. */
+  private drag(): Drag | null {
+    const { hand } = this;
+    if (!hand.store.knots) return null;
+    const start = hand.outputEnd;
+    return hand.gesture("set length", (dx) => {
+      const { from, to } = hand.scales.output;
+      const seconds = (dx / hand.layout.map.width) * (to - from);
+      return setLength(hand.document, lengthInFrames(start + seconds, hand.store.rate));
+    });
+  }
+
+  private nudge(by: number): void {
+    const { hand } = this;
+    const { rate, knots } = hand.store;
+    if (!knots) return;
+    hand.nudge("end", setLength(hand.document, lengthInFrames(hand.outputEnd + by / rate, rate)), "set length");
+  }
+}

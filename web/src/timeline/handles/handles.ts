@@ -1,0 +1,71 @@
+/** What of the timeline can be taken hold of: keytimes, their speeds, the end, locks, and the reference's range. */
+
+import type { Connection } from "../../connection";
+import { make } from "../../dom";
+import type { Store } from "../../store";
+import type { Layout, Scales } from "../layout";
+import { EndHandle } from "./end";
+import { Hand, MARGIN } from "./hand";
+import { KeyHandles } from "./keys";
+import { LockHandles } from "./locks";
+import { RangeHandles } from "./range";
+import { SpeedHandles } from "./speeds";
+import { TangentHandles } from "./tangents";
+
+export class Handles {
+  /** Over the map, the speed and the reference; and over the gutter, for locks. */
+  readonly overlay = make("div", {
+    class: "overlay",
+    role: "group",
+    "aria-label": "Keytimes, speeds and reference range",
+  });
+  readonly gutter = make("div", { class: "overlay", role: "group", "aria-label": "Locks" });
+  private readonly hand: Hand;
+  private readonly keys: KeyHandles;
+  private readonly groups: readonly { place(): void }[];
+
+  constructor(
+    private readonly store: Store,
+    connection: Connection,
+  ) {
+    const hand = new Hand(store, connection);
+    this.hand = hand;
+    const tangents = new TangentHandles(hand);
+    const end = new EndHandle(hand);
+    const range = new RangeHandles(hand);
+    // In the order of the tab key, keytimes and their speeds last: those are made as they come.
+    this.overlay.append(...tangents.elements, end.element, ...range.elements);
+    this.keys = new KeyHandles(hand, this.overlay);
+    this.groups = [
+      this.keys,
+      new SpeedHandles(hand, this.overlay),
+      end,
+      tangents,
+      range,
+      new LockHandles(hand, this.gutter),
+    ];
+  }
+
+  /** Put everything where it belongs. */
+  place(layout: Layout, scales: Scales): void {
+    this.hand.layout = layout;
+    this.hand.scales = scales;
+    if (!this.store.document) return;
+    const { map } = layout;
+    const { style } = this.overlay;
+    // Wider than the map by half a handle: keys at its edges keep their shape.
+    style.left = `${map.x - MARGIN}px`;
+    style.width = `${map.width + MARGIN + 10}px`;
+    style.top = "0";
+    style.height = `${layout.height}px`;
+    this.gutter.style.left = `${map.x - 16}px`;
+    this.gutter.style.width = "16px";
+    this.gutter.style.top = `${map.y}px`;
+    this.gutter.style.height = `${map.height}px`;
+    for (const group of this.groups) group.place();
+  }
+
+  focusKey(id: string): void {
+    this.keys.focus(id);
+  }
+}

@@ -1,0 +1,129 @@
+/** Locks, beside the input times: bands that are moved, and their ends. */
+
+import { deleteItem } from "../../deleting";
+import { changeLock, findLock } from "../../document";
+import { make, setAttribute } from "../../dom";
+import type { Document, LockedTime } from "../../messages";
+import { clamp } from "../../scale";
+import { draggable } from "../drag";
+import { inputY } from "../layout";
+import { describe, keep, move } from "./elements";
+import { type Hand, isDelete, take } from "./hand";
+
+type Side = "start" | "end";
+
+interface Band {
+  readonly band: HTMLButtonElement;
+  readonly edges: Record<Side, HTMLElement>;
+}
+
+export class LockHandles {
+  private readonly made = new Map<string, Band>();
+
+  constructor(
+    private readonly hand: Hand,
+    private readonly gutter: HTMLElement,
+  ) {}
+
+  place(): void {
+    const { hand } = this;
+    const { layout, scales, store } = hand;
+    const { locks } = hand.document;
+    const elements = ({ band, edges }: Band): HTMLElement[] => [band, edges.start, edges.end];
+    keep(this.made, locks, (lock) => this.make(lock), elements, this.gutter);
+    locks.forEach((lock, i) => {
+      const { band, edges } = this.made.get(lock.id) as Band;
+      const top = inputY(layout, scales, lock.end) - layout.map.y;
+      const bottom = inputY(layout, scales, lock.start) - layout.map.y;
+      band.style.width = "8px";
+      band.style.height = `${Math.max(bottom - top, 6)}px`;
+      move(band, 5, top, true);
+      setAttribute(band, "aria-pressed", String(store.selection?.kind === "lock" && store.selection.id === lock.id));
+      band.classList.toggle("faulty", store.problem?.lock === lock.id);
+      setAttribute(band, "aria-label", `Lock ${i + 1}: ${described(lock)}`);
+      for (const side of ["start", "end"] as const) {
+        const edge = edges[side];
+        edge.style.width = "14px";
+        move(edge, 2, side === "start" ? bottom : top, true);
+        setAttribute(edge, "aria-label", `${side === "start" ? "Beginning" : "End"} of lock ${i + 1}`);
+        describe(edge, lock[side], 0, store.inputEnd, `${lock[side].toFixed(2)} s`);
+      }
+    });
+  }
+
+  /** Convert pixels downward to seconds of input. */
+  private seconds(dy: number): number {
+    const { layout, scales } = this.hand;
+    return (-dy / layout.map.height) * (scales.input.to - scales.input.from);
+  }
+
+  private make(made: LockedTime): Band {
+    const { hand } = this;
+    const { id } = made;
+    const now = (): LockedTime => (hand.store.document && findLock(hand.store.document, id)) ?? made;
+    return { band: this.makeBand(now), edges: { start: this.makeEdge(now, "start"), end: this.makeEdge(now, "end") } };
+  }
+
+  private makeBand(now: () => LockedTime): HTMLButtonElement {
+    const { hand } = this;
+    const { store } = hand;
+    const { id } = now();
+    const shifted = (lock: LockedTime, by: number, event?: PointerEvent): Document => {
+      const duration = lock.end - lock.start;
+      const start = clamp(hand.onFrame(lock.start + by, event), 0, store.inputEnd - duration);
+      return changeLock(hand.document, id, { start, end: start + duration });
+    };
+    const band = make("button", { type: "button", class: "handle band" });
+    band.addEventListener("focus", () => store.select({ kind: "lock", id }));
+    draggable(band, (down) => {
+      if (down.button !== 0) return null;
+      band.focus({ preventScroll: true });
+      const lock = now();
+      return hand.gesture("move lock", (_dx, dy, event) => shifted(lock, this.seconds(dy), event));
+    });
+    band.addEventListener("keydown", (event) => {
+      if (event.key === "ArrowUp" || event.key === "ArrowDown") {
+        const by = ((event.key === "ArrowUp" ? 1 : -1) * (event.shiftKey ? 10 : 1)) / store.rate;
+        hand.nudge(id, shifted(now(), by), "move lock");
+      } else if (isDelete(event)) deleteItem(store, hand.connection, { kind: "lock", id });
+      else return;
+      take(event);
+    });
+    return band;
+  }
+
+  private makeEdge(now: () => LockedTime, side: Side): HTMLElement {
+    const { hand } = this;
+    const { store } = hand;
+    const { id } = now();
+    const put = (lock: LockedTime, time: number): Document => {
+      const frame = 1 / store.rate;
+      const change =
+        side === "start"
+          ? { start: clamp(time, 0, lock.end - frame) }
+          : { end: clamp(time, lock.start + frame, store.inputEnd) };
+      return changeLock(hand.document, id, change);
+    };
+    const handle = hand.slider(
+      "handle edge",
+      "Lock",
+      () => {
+        const lock = now();
+        return hand.gesture("change lock", (_dx, dy, event) =>
+          put(lock, hand.onFrame(lock[side] + this.seconds(dy), event)),
+        );
+      },
+      (by) => {
+        const lock = now();
+        hand.nudge(id, put(lock, lock[side] + by / store.rate), "change lock");
+      },
+    );
+    handle.addEventListener("focus", () => store.select({ kind: "lock", id }));
+    return handle;
+  }
+}
+
+function described({ start, end, slowest, fastest }: LockedTime): string {
+  const speeds = `speed ${slowest.toFixed(2)} to ${fastest.toFixed(2)}`;
+  return `input ${start.toFixed(2)} to ${end.toFixed(2)} s at ${speeds}`;
+}

@@ -1,0 +1,70 @@
+/** Axes: output time above, input time at the left, speed on a log scale, and the names of the rows. */
+
+import { ticks, timeLabel } from "../../scale";
+import { inputY, outputX, speedY } from "../layout";
+import { type Canvas, label } from "./canvas";
+
+const SPEED_TICKS = [1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
+const SPEED_NAMES = new Map([
+  [1 / 8, "⅛×"],
+  [1 / 4, "¼×"],
+  [1 / 2, "½×"],
+]);
+
+export function outputAxis(canvas: Canvas): void {
+  const { pen, layout, scales, palette } = canvas;
+  const { values, step } = ticks(scales.output, Math.floor(layout.map.width / 78));
+  for (const value of values) {
+    if (value < -1e-9) continue;
+    const x = Math.round(outputX(layout, scales, value));
+    pen.fillStyle = palette.line;
+    pen.fillRect(x, layout.map.y, 1, layout.map.height);
+    pen.fillRect(x, layout.speed.y, 1, layout.speed.height);
+    pen.fillStyle = palette["line-strong"];
+    pen.fillRect(x, layout.ruler.height - 5, 1, 5);
+    label(canvas, `${timeLabel(value, step)} s`, x + 4, layout.ruler.height / 2, "left");
+  }
+  label(canvas, "Output", 8, layout.ruler.height / 2, "left", palette.output);
+}
+
+export function inputAxis(canvas: Canvas): void {
+  const { pen, layout, scales, palette } = canvas;
+  const { values, step } = ticks(scales.input, Math.max(2, Math.floor(layout.map.height / 34)));
+  for (const value of values) {
+    if (value < -1e-9 || value > canvas.store.inputEnd + 1e-9) continue;
+    const y = Math.round(inputY(layout, scales, value));
+    if (y < layout.map.y || y > layout.map.y + layout.map.height) continue;
+    pen.fillStyle = palette.line;
+    pen.fillRect(layout.map.x, y, layout.map.width, 1);
+    if (y > layout.map.y + 16) label(canvas, `${timeLabel(value, step)} s`, layout.map.x - 18, y, "right");
+  }
+  label(canvas, "Input", 8, layout.map.y + 9, "left", palette.input);
+}
+
+export function speedAxis(canvas: Canvas): void {
+  const { pen, layout, scales, palette } = canvas;
+  for (const value of SPEED_TICKS) {
+    const level = Math.log2(value);
+    if (level < scales.speed.from || level > scales.speed.to) continue;
+    const y = Math.round(speedY(layout, scales, value));
+    pen.fillStyle = value === 1 ? palette["line-strong"] : palette.line;
+    pen.fillRect(layout.speed.x, y, layout.speed.width, 1);
+    const crowded = layout.speed.height / (scales.speed.to - scales.speed.from) < 13 && Math.abs(level) % 2 === 1;
+    if (!crowded) label(canvas, SPEED_NAMES.get(value) ?? `${value}×`, layout.map.x - 8, y, "right");
+  }
+  label(canvas, "Speed", 8, layout.speed.y + 9, "left", palette.muted);
+  label(canvas, "Score", 8, layout.heat.y + layout.heat.height / 2, "left", palette.muted);
+  // Of several one is shown; which, is chosen there.
+  if ((canvas.store.document?.references.length ?? 0) > 1) return;
+  label(canvas, "Reference", 8, layout.reference.y + layout.reference.height / 2, "left", palette.reference);
+}
+
+/** Lines around the map and the speed, and under the ruler. */
+export function frames(canvas: Canvas): void {
+  const { pen, layout, palette } = canvas;
+  pen.strokeStyle = palette.line;
+  pen.lineWidth = 1;
+  for (const box of [layout.map, layout.speed]) pen.strokeRect(box.x + 0.5, box.y + 0.5, box.width - 1, box.height - 1);
+  pen.fillStyle = palette["line-strong"];
+  pen.fillRect(0, layout.ruler.height - 1, layout.width, 1);
+}

@@ -1,0 +1,42 @@
+/** What is drawn on the timeline's canvas, everything that is not a handle, from the back to the front. */
+
+import { frames, inputAxis, outputAxis, speedAxis } from "./axes";
+import { type Canvas, FONT } from "./canvas";
+import { mapCurves, speedCurves } from "./curves";
+import { heat } from "./heat";
+import { pastEnd, playhead, tangent } from "./markers";
+import { matches, reference } from "./reference_strip";
+import { flights, locks } from "./spans";
+
+/** What stays while a curve changes: axes, scores, the reference. */
+export function paintBackdrop(canvas: Canvas): void {
+  const { pen, layout, palette } = canvas;
+  pen.font = FONT;
+  pen.textBaseline = "middle";
+  pen.fillStyle = palette.surface;
+  pen.fillRect(0, 0, layout.width, layout.height);
+  pen.fillStyle = palette.panel;
+  pen.fillRect(0, 0, layout.width, layout.ruler.height);
+  pen.fillRect(0, 0, layout.map.x, layout.height);
+  outputAxis(canvas);
+  inputAxis(canvas);
+  speedAxis(canvas);
+  if (canvas.store.knots) heat(canvas, canvas.store.knots);
+  reference(canvas);
+  frames(canvas);
+}
+
+/** All the rest, over it. */
+export function paintForeground(canvas: Canvas): void {
+  const { knots } = canvas.store;
+  if (knots) {
+    flights(canvas, knots);
+    locks(canvas, knots);
+    mapCurves(canvas, knots);
+    speedCurves(canvas);
+  }
+  matches(canvas);
+  if (knots) pastEnd(canvas, knots);
+  playhead(canvas);
+  tangent(canvas);
+}

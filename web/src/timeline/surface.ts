@@ -1,0 +1,79 @@
+/** The timeline's canvas: as many pixels as the screen has, and what stays painted once. */
+
+import { make } from "../dom";
+import type { Store, Topic } from "../store";
+import type { Theme } from "../theme";
+import { outputEnd } from "../warp";
+import type { Layout, Scales } from "./layout";
+import type { Canvas } from "./paint/canvas";
+import { paintBackdrop, paintForeground } from "./paint/painter";
+
+export class Surface {
+  readonly canvas = make("canvas", {
+    role: "img",
+    "aria-label":
+      "Time map, speed, scores and reference. Click to move the playhead, double-click the map to add a keytime.",
+  });
+  /** What stays while a curve changes, and what it was painted of: text and many small marks take milliseconds. */
+  private readonly backdrop = document.createElement("canvas");
+  private backdropOf: readonly unknown[] = [];
+
+  constructor(
+    private readonly store: Store,
+    private readonly theme: Theme,
+  ) {}
+
+  paint(layout: Layout, scales: Scales, changed: Set<Topic>): void {
+    const { store, theme, canvas } = this;
+    const ratio = devicePixelRatio;
+    resize(canvas, Math.round(layout.width * ratio), Math.round(layout.height * ratio));
+    const pen = penOf(canvas);
+    if (!pen) return;
+    const canvasOf = (pen: CanvasRenderingContext2D): Canvas => ({
+      pen,
+      layout,
+      scales,
+      store,
+      palette: theme.palette,
+    });
+    this.paintBackdrop(ratio, scales, changed, canvasOf);
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.globalCompositeOperation = "copy";
+    pen.drawImage(this.backdrop, 0, 0);
+    pen.globalCompositeOperation = "source-over";
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    paintForeground(canvasOf(pen));
+  }
+
+  /** Paint the backdrop again, where something that it shows has changed. */
+  private paintBackdrop(
+    ratio: number,
+    scales: Scales,
+    changed: Set<Topic>,
+    canvasOf: (pen: CanvasRenderingContext2D) => Canvas,
+  ): void {
+    const { store, theme, backdrop } = this;
+    const { width, height } = this.canvas;
+    const end = store.knots ? outputEnd(store.knots) : null;
+    const references = store.document?.references;
+    const of = [width, height, ratio, scales, theme.palette, store.why, end, references, store.reference];
+    if (!changed.has("clips") && of.every((part, i) => part === this.backdropOf[i])) return;
+    this.backdropOf = of;
+    resize(backdrop, width, height);
+    const pen = penOf(backdrop);
+    if (!pen) return;
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    paintBackdrop(canvasOf(pen));
+  }
+}
+
+/** Give a canvas its size in pixels; to say the same size again would clear it. */
+function resize(canvas: HTMLCanvasElement, width: number, height: number): void {
+  if (canvas.width !== width) canvas.width = width;
+  if (canvas.height !== height) canvas.height = height;
+}
+
+/** Without transparency: what lies behind the canvas need not be drawn. */
+function penOf(canvas: HTMLCanvasElement): CanvasRenderingContext2D | null {
+  return canvas.getContext("2d", { alpha: false });
+}

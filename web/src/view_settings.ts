@@ -1,0 +1,53 @@
+/** What of the document is looked at, and how; most of it the browser remembers. */
+
+import { recall, remember } from "./memory";
+
+/** What is compared with the output. */
+export type Companion = "input" | "linear" | "spline" | { readonly kept: string };
+
+export interface ViewSettings {
+  readonly layout: "side" | "over";
+  readonly companion: Companion;
+  /** The output figure plays the companion's warp instead. */
+  readonly showB: boolean;
+  readonly follow: boolean;
+  readonly ground: boolean;
+  readonly trails: boolean;
+  readonly onion: boolean;
+  readonly snap: boolean;
+  /** Which clip of a group the camera follows, or which signal is drawn. */
+  readonly clip: number;
+  /** Which reference is looked at. */
+  readonly reference: number;
+}
+
+export const PLAIN_VIEW: ViewSettings = {
+  layout: "side",
+  companion: "input",
+  showB: false,
+  follow: true,
+  ground: true,
+  trails: false,
+  onion: false,
+  snap: true,
+  clip: 0,
+  reference: 0,
+};
+
+const STORED = "retime.view";
+
+/** The settings of the last time. */
+export function recallView(): ViewSettings {
+  try {
+    const found: unknown = JSON.parse(recall(STORED) ?? "{}");
+    return { ...PLAIN_VIEW, ...(typeof found === "object" ? found : {}) };
+  } catch {
+    // What is stored was written by another program, or cut.
+    return PLAIN_VIEW;
+  }
+}
+
+/** Remember how it is looked at; what belongs to one document alone is not for the next. */
+export function rememberView({ layout, follow, ground, trails, onion, snap }: ViewSettings): void {
+  remember(STORED, JSON.stringify({ layout, follow, ground, trails, onion, snap }));
+}
