@@ -8,7 +8,11 @@ export function makeDialog(label: string): HTMLDialogElement {
   dialog.addEventListener("pointerdown", (event) => {
     if (event.target === dialog) dialog.close();
   });
-  dialog.addEventListener("keydown", (event) => event.stopPropagation());
+  // While it is open the page hears no keys. Closed, it may keep the focus until the next frame: a key that comes so
+  // soon is for the page.
+  dialog.addEventListener("keydown", (event) => {
+    if (dialog.open) event.stopPropagation();
+  });
   return dialog;
 }
 
