@@ -121,6 +121,15 @@ def test_a_part_imports_only_what_stands_below_it() -> None:
     assert not broken, "\n".join(broken)
 
 
+def test_of_the_warp_only_its_value_opens_files() -> None:
+    opening = {
+        path.name
+        for path in (PACKAGE / "warp").glob("*.py")
+        if any(found.module == "retime.files" for found in imports_of(path, PACKAGE))
+    }
+    assert opening == {"curve.py"}
+
+
 def test_warping_a_video_needs_only_the_warp_curve() -> None:
     others = {PACKAGE / "motion", PACKAGE / "formats", PACKAGE / "kernels"}
     others |= {PACKAGE / "warp" / f"{name}.py" for name in ("score", "path", "features", "guided", "keytimes")}

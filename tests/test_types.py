@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
 from decimal import Decimal
 from fractions import Fraction
 
@@ -331,3 +334,16 @@ def test_what_is_refused_says_what_to_pass(name, tmp_path, monkeypatch) -> None:
     with pytest.raises((OptionError, InvalidMotionError), match=says):
         call()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", [Warp, Motion, Signal, Skeleton])
+def test_what_is_declared_to_type_checkers_is_what_there_is(kind) -> None:
+    (declared,) = [
+        node
+        for node in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(kind))))
+        if isinstance(node, ast.FunctionDef) and node.name == "__init__"
+    ]
+    there = list(inspect.signature(kind).parameters.values())
+    assert [arg.arg for arg in declared.args.args] == ["self", *(parameter.name for parameter in there)]
+    defaults = [parameter.default for parameter in there if parameter.default is not parameter.empty]
+    assert [ast.literal_eval(default) for default in declared.args.defaults] == defaults

@@ -322,7 +322,7 @@ class _Looker:
 
 
 def _identity(motion: Motion) -> Warp:
-    return Warp([0.0, motion.end_time], [0.0, motion.end_time])  # type: ignore[arg-type]
+    return Warp([0.0, motion.end_time], [0.0, motion.end_time])
 
 
 def _seen_as(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -89,7 +89,7 @@ def answer_all(
 def _warps(answer: Answer, settings: Mapping[str, Any]) -> Iterator[tuple[str, Warp]]:
     motion, reference = answer.motion, answer.reference
     features = settings.get("features")
-    yield METHODS[0], Warp([0.0, motion.end_time], [0.0, motion.end_time])  # type: ignore[arg-type]
+    yield METHODS[0], Warp([0.0, motion.end_time], [0.0, motion.end_time])
     yield METHODS[1], align_warp(motion, reference, features=features)
     yield METHODS[2], align_warp(motion, reference, features=features, loop=True)
     session = Session(motion, reference=Reference(reference), **settings)

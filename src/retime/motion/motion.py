@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -104,6 +104,23 @@ class Motion:
     declaration: Declaration | None = None
     declared_angles: FloatArray | None = None
     up: Up = "y"
+
+    # What dataclass makes takes these types; it can declare only what the fields are then.
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            skeleton: Skeleton,
+            rotations: ArrayLike,
+            translations: ArrayLike | None = None,
+            rate: RateLike = 30,
+            name: str = "",
+            first_frame: int = 0,
+            metres_per_unit: float | None = None,
+            declaration: Declaration | None = None,
+            declared_angles: ArrayLike | None = None,
+            up: Up = "y",
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if not isinstance(self.skeleton, Skeleton):

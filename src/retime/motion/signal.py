@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,6 +64,19 @@ class Signal:
     name: str = ""
     time_column: str = ""
     first_frame: int = 0
+
+    # What dataclass makes takes these types; it can declare only what the fields are then.
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            names: Sequence[str],
+            values: ArrayLike,
+            rate: RateLike = 30,
+            name: str = "",
+            time_column: str = "",
+            first_frame: int = 0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if isinstance(self.names, str) or not isinstance(self.names, Iterable):

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from retime.arrays import as_real
 from retime.brief import kind_of
@@ -55,6 +58,17 @@ class Skeleton:
     parents: tuple[int, ...]
     offsets: FloatArray
     end_sites: tuple[EndSite, ...] = ()
+
+    # What dataclass makes takes these types; it can declare only what the fields are then.
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            names: Sequence[str],
+            parents: Sequence[int],
+            offsets: ArrayLike,
+            end_sites: Sequence[EndSite] = (),
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if isinstance(self.names, str):

@@ -195,6 +195,18 @@ class Warp:
     method: str = ""
     name: str = ""
 
+    # What dataclass makes takes these types; it can declare only what the fields are then.
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            output_times: ArrayLike,
+            input_times: ArrayLike,
+            keytimes: Sequence[KeytimeLike] = (),
+            method: str = "",
+            name: str = "",
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         output_times = _times("output_times", self.output_times)
         input_times = _times("input_times", self.input_times)
