@@ -16,7 +16,7 @@ from retime.errors import OptionError, RetimeError
 _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-dir retimed"
 
 
-@click.command("apply", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.command("apply", cls=SectionedCommand, short_help="Use a saved warp on one clip or more.", epilog=_EXAMPLES)
 @click.argument("warp", type=PATH, metavar="WARP.json")
 @click.argument("clips", type=PATH, metavar="CLIP...", nargs=-1, required=True)
 @clip_options

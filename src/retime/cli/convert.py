@@ -14,7 +14,9 @@ from retime.cli.terminal import Stages, say
 _EXAMPLES = "\b\nExamples\n  retime convert 86_01.amc walk.bvh --frames 1:550 --fps 120"
 
 
-@click.command("convert", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.command(
+    "convert", cls=SectionedCommand, short_help="Read a clip in one format and write it in another.", epilog=_EXAMPLES
+)
 @click.argument("clip", type=PATH, metavar="A")
 @click.argument("output", type=PATH, metavar="B")
 @clip_options

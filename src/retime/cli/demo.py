@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LENGTH = "65%"
 
 
-@click.command("demo", cls=SectionedCommand)
+@click.command("demo", cls=SectionedCommand, short_help="Retime the sample clip, and show what was kept.")
 @click.option(
     "--out",
     cls=Option,

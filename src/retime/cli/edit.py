@@ -26,7 +26,7 @@ _EXAMPLES = (
 )
 
 
-@click.command("edit", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.command("edit", cls=SectionedCommand, short_help="Edit the timing of a clip in your browser.", epilog=_EXAMPLES)
 @click.argument("clips", type=PATH, metavar="[CLIP]...", nargs=-1)
 @click.option(
     "--reference",

@@ -39,7 +39,12 @@ _EXAMPLES = (
 )
 
 
-@click.command("imitate", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.command(
+    "imitate",
+    cls=SectionedCommand,
+    short_help="Give a whole clip the timing that one stretch got by hand.",
+    epilog=_EXAMPLES,
+)
 @click.argument("clip", type=PATH)
 @clip_options
 @click.option(

@@ -25,7 +25,12 @@ _NAMES_SHOWN = 4
 _EXAMPLES = "\b\nExamples\n  retime info walk.bvh\n  retime info --build\n"
 
 
-@click.command("info", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.command(
+    "info",
+    cls=SectionedCommand,
+    short_help="Say what a clip holds, or how retime is built (--build).",
+    epilog=_EXAMPLES,
+)
 @click.argument("clip", type=PATH, required=False)
 @clip_options
 @click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object.")

@@ -14,7 +14,9 @@ from retime.cli.terminal import Stages, say
 _EXAMPLES = "\b\nExamples\n  retime plot linear.json guided.json --motion walk.bvh -o compared.svg"
 
 
-@click.command("plot", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.command(
+    "plot", cls=SectionedCommand, short_help="Draw saved warps: speed, time map, keytimes, poses.", epilog=_EXAMPLES
+)
 @click.argument("warps", type=PATH, metavar="WARP.json...", nargs=-1, required=True)
 @click.option(
     "--motion",

@@ -13,7 +13,7 @@ from retime.cli.terminal import Stages, say
 from retime.errors import MissingExtraError
 
 
-@click.command("study", cls=SectionedCommand)
+@click.command("study", cls=SectionedCommand, short_help="Run the paper's eight evaluations on captures.")
 @click.option(
     "--data",
     cls=Option,

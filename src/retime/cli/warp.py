@@ -109,7 +109,12 @@ _EXAMPLES = (
 )
 
 
-@click.command("warp", cls=SectionedCommand, epilog=_EXAMPLES)
+@click.command(
+    "warp",
+    cls=SectionedCommand,
+    short_help="Give a clip new timing: another length, moments at chosen times.",
+    epilog=_EXAMPLES,
+)
 @click.argument("clip", type=PATH)
 @clip_options
 @click.option(

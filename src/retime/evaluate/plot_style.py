@@ -5,9 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from retime.warp.curve import Warp
+if TYPE_CHECKING:
+    # A command line that refuses a picture's name does not wait for numpy.
+    from retime.warp.curve import Warp
 
 INK, GREY, PALE = "#1f2933", "#64748b", "#e2e8f0"
 FLIGHT, FLIGHT_INK, FLIGHT_FAR = "#fdebcb", "#b45309", "#e3ae7d"
