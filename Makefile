@@ -71,8 +71,8 @@ docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 DATA ?= ../shared/mocap
 
 study: $(INSTALLED)  ## Run the paper's evaluations on the captures in DATA, into out/study and docs/study
-	$(VENV)/bin/retime study --data $(DATA) --out out/study
-	$(PY) tools/fill_study.py out/study docs/study
+	$(PY) -m study --data $(DATA) --out out/study
+	$(PY) -m study.report.docs out/study docs/study
 
 bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py; write docs/performance.md
 	set -e; for script in benchmarks/bench_*.py; do $(PY) $$script; done

@@ -15,7 +15,9 @@ from pathlib import Path
 
 import pytest
 
-PACKAGE = Path(__file__).resolve().parents[1] / "src" / "retime"
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "src" / "retime"
+STUDY = ROOT / "study"
 
 # What everything may use; these know nothing of the rest.
 FOR_ALL = {"arrays", "brief", "checks", "errors", "frames", "svg"}
@@ -44,10 +46,29 @@ MAY_IMPORT = {
     "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
 }
 
+# The same for the rooms of the study, which stands beside the package.
+STUDY_FOR_ALL = {"defaults", "text"}
+STUDY_MAY_IMPORT = {
+    **{part: set() for part in STUDY_FOR_ALL},
+    "clips": set(),
+    "signals": set(),
+    "baselines": {"clips"},
+    "answers": {"clips", "baselines"},
+    "choices": {"clips", "answers"},
+    "figures": {"clips"},
+    "evaluations": {"clips", "baselines", "answers", "figures"},
+    "run": {"clips", "answers", "choices", "evaluations", "signals"},
+    "tables": {"answers", "choices", "figures", "evaluations", "signals", "run"},
+    "report": {"answers", "evaluations", "signals", "run", "tables"},
+    "__main__": {"clips", "run", "report"},
+}
+# It uses the package as a script would: what a person types or drags is not for it.
+STUDY_LEAVES = {"cli", "server", "project", "batch", "notebook"}
+
 
 @dataclass(frozen=True)
 class Import:
-    """One import statement: where it stands and the module of retime that it names."""
+    """One import statement: where it stands and the module that it names."""
 
     path: Path
     line: int
@@ -57,8 +78,12 @@ class Import:
         return f"{self.path}:{self.line}: imports {self.module}"
 
 
-def imports_of(path: Path, root: Path) -> list[Import]:
-    """Find the modules of retime that a file imports, `root` being the folder of the package."""
+def imports_of(path: Path, root: Path, wanted: Path | None = None) -> list[Import]:
+    """Find the modules of a package that a file imports.
+
+    `root` is the folder of the file's own package, `wanted` that of the other one; left out, it is the file's own.
+    """
+    wanted = root if wanted is None else wanted
     package = [root.name, *path.relative_to(root).parent.parts]
     found = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -68,8 +93,8 @@ def imports_of(path: Path, root: Path) -> list[Import]:
             base = package[: len(package) - node.level + 1] if node.level else []
             module = ".".join([*base, *([node.module] if node.module else [])])
             # "from retime.motion import rotation" names retime.motion.rotation where that is a module.
-            found += [(node.lineno, _module_named(root, module, alias.name)) for alias in node.names]
-    return [Import(path, line, module) for line, module in found if module.split(".")[0] == root.name]
+            found += [(node.lineno, _module_named(wanted, module, alias.name)) for alias in node.names]
+    return [Import(path, line, module) for line, module in found if module.split(".")[0] == wanted.name]
 
 
 def _module_named(root: Path, module: str, name: str) -> str:
@@ -82,22 +107,22 @@ def part_of(path: Path, root: Path) -> str:
     return path.relative_to(root).parts[0].removesuffix(".py")
 
 
-def broken_rules(root: Path) -> list[str]:
+def broken_rules(root: Path, may_import: dict[str, set[str]] = MAY_IMPORT, for_all: set[str] = FOR_ALL) -> list[str]:
     """List the imports that the rules forbid."""
     broken = []
     for path in sorted(root.rglob("*.py")):
         part = part_of(path, root)
         if part == "__init__":
             continue
-        if part not in MAY_IMPORT:
-            broken.append(f"{path}: {part} is a new part; say in MAY_IMPORT what it may import")
+        if part not in may_import:
+            broken.append(f"{path}: {part} is a new part; say in {Path(__file__).name} what it may import")
             continue
         for found in imports_of(path, root):
             names = found.module.split(".")
             if len(names) == 1:
                 broken.append(f"{found}: a part imports the package's table of contents")
-            elif not {names[1], ".".join(names[1:3])} & ({part} | FOR_ALL | MAY_IMPORT[part]):
-                broken.append(f"{found}: {part} may import {', '.join(sorted(FOR_ALL | MAY_IMPORT[part]))} only")
+            elif not {names[1], ".".join(names[1:3])} & ({part} | for_all | may_import[part]):
+                broken.append(f"{found}: {part} may import {', '.join(sorted(for_all | may_import[part]))} only")
     return broken
 
 
@@ -128,6 +153,20 @@ def test_of_the_warp_only_its_value_opens_files() -> None:
         if any(found.module == "retime.files" for found in imports_of(path, PACKAGE))
     }
     assert opening == {"curve.py"}
+
+
+def test_a_room_of_the_study_imports_only_what_stands_below_it() -> None:
+    broken = broken_rules(STUDY, STUDY_MAY_IMPORT, STUDY_FOR_ALL)
+    assert not broken, "\n".join(broken)
+
+
+def test_the_package_knows_nothing_of_the_study_and_the_study_nothing_of_those_who_type_and_drag() -> None:
+    upward = [link for path in PACKAGE.rglob("*.py") for link in imports_of(path, PACKAGE, STUDY)]
+    assert not upward, "\n".join(map(str, upward))
+    used = [link for path in STUDY.rglob("*.py") for link in imports_of(path, STUDY, PACKAGE)]
+    assert any(link.module.startswith("retime.warp.") for link in used)
+    beyond = [str(link) for link in used if STUDY_LEAVES & set(link.module.split(".")[1:2])]
+    assert not beyond, "\n".join(beyond)
 
 
 def test_warping_a_video_needs_only_the_warp_curve() -> None:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         RetimeWarning,
     )
     from retime.evaluate.compare import compare_warps
-    from retime.evaluate.plot import plot_warps
+    from retime.evaluate.plot.warps import plot_warps
     from retime.formats.options import Limits
     from retime.formats.registry import read, write
     from retime.formats.warp_file import read_warp, write_warp
@@ -74,7 +74,7 @@ _HOMES = {
     "RetimeWarning": "retime.errors",
     "sample": "retime.data",
     "compare_warps": "retime.evaluate.compare",
-    "plot_warps": "retime.evaluate.plot",
+    "plot_warps": "retime.evaluate.plot.warps",
     "Limits": "retime.formats.options",
     "read": "retime.formats.registry",
     "write": "retime.formats.registry",

@@ -65,7 +65,7 @@ def command(*, out: Path, force: bool) -> None:
         write(apply_warp(motion, found.warp), places["shorter.bvh"], overwrite=force)
         write_warp(found.warp, places["warp.json"], overwrite=force)
     for name in pictures:
-        from retime.evaluate.plot import plot_warps
+        from retime.evaluate.plot.warps import plot_warps
 
         with stages.stage("plot", "drawing"):
             warps = {"linear": linear, "guided": found.warp}

@@ -24,7 +24,7 @@ from retime.cli.endings import (
 from retime.errors import RetimeError
 
 # In the order of their use. Each is `command` in the module of its name.
-COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "edit", "study")
+COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "edit")
 
 _EPILOG = f"""\b
 Times    2.5 or 2.5s (seconds), 120f (frames), 1:02.500 (mm:ss.mmm)

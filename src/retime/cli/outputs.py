@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
-from retime.evaluate.plot_style import PLOT_SUFFIXES
+from retime.evaluate.plot.style import PLOT_SUFFIXES
 
 
 def check_outputs(outputs: Mapping[str, Path | None], *, inputs: Iterable[Path], force: bool) -> None:

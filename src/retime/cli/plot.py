@@ -56,7 +56,7 @@ def command(
     check_plot(output)
     check_outputs({"--output": output}, inputs=[*warps, *given], force=force)
 
-    from retime.evaluate.plot import plot_warps
+    from retime.evaluate.plot.warps import plot_warps
     from retime.formats.warp_file import read_warp
 
     stages = Stages(quiet=quiet)

@@ -196,7 +196,7 @@ def _write(found: Found, outputs: OutputOptions, stages: Stages) -> None:
 
 def _draw(found: Found, place: Path, *, overwrite: bool) -> None:
     """Draw the warp beside what an animator has today."""
-    from retime.evaluate.plot import plot_with_baselines
+    from retime.evaluate.plot.warps import plot_with_baselines
 
     explanation = None if found.search is None else found.search.explain()
     plot_with_baselines(

@@ -1,1 +1,1 @@
-"""How good a warp is: plots."""
+"""How good a warp is: figures of merit, and plots."""

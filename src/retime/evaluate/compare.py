@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retime.errors import MissingExtraError, OptionError
-from retime.evaluate.metrics import flight_spans, flight_timing
+from retime.evaluate.metrics.flights import flight_spans, flight_timing
 from retime.evaluate.naming import name_warps
 from retime.motion.motion import Motion
 from retime.svg import INKS, Panel, stacked, thinned

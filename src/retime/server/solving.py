@@ -176,7 +176,7 @@ class Solving:
         elif message.what == "warp":
             export_warp(solution, place, overwrite=message.overwrite)
         else:
-            from retime.evaluate.plot import plot_with_baselines
+            from retime.evaluate.plot.warps import plot_with_baselines
 
             plot_with_baselines(
                 solution.warp,

@@ -1,0 +1,1 @@
+"""Pictures of warps: playback speed, time map, reasons, and a strip of poses."""

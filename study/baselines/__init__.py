@@ -1,0 +1,1 @@
+"""What guided warps are compared with: what else a person could do."""

@@ -1,0 +1,28 @@
+"""The main choices of the analysis: what the study runs with, and what the paper has, read literally."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from retime.warp.session import DEFAULT_TIME_SCALE
+
+DEFAULTS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": DEFAULT_TIME_SCALE}
+"""What `retime.guided_warp` chooses by itself, said aloud."""
+
+AS_PRINTED: dict[str, Any] = {"features": "torso", "score": "joint", "time_scale": 1 / 30}
+"""The paper read literally: the torso's own space, velocity and acceleration counted in frames."""
+
+_ANALYSIS = ("n_neighbors", "time_scale", "low_pass", "features", "score", "rate")
+
+
+def parted(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Part the options of `retime.guided_warp` into those of the analysis (`Session`) and those of `Session.solve`.
+
+    Examples
+    --------
+    >>> parted({"length": "65%", "score": "joint"})
+    ({'score': 'joint'}, {'length': '65%'})
+    """
+    analysis = {name: value for name, value in options.items() if name in _ANALYSIS}
+    return analysis, {name: value for name, value in options.items() if name not in _ANALYSIS}
