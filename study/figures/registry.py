@@ -67,7 +67,7 @@ def _flight_speeds(slowest: float, figures: Figures) -> str:
 
 
 FIGURES = (
-    Figure("seconds", lambda shown: shown.motion.end_time, (Column("length (s)", as_number()),)),
+    Figure("seconds", lambda shown: shown.motion.duration, (Column("length (s)", as_number()),)),
     Figure(
         "keytimes_missed",
         of_warps(_keytimes_missed),
