@@ -19,7 +19,7 @@ import peers
 from measure import Peak
 
 from retime import Motion, Session, apply_warp, guided_warp, read, write
-from retime.kernels import PathProblem, backend
+from retime.kernels import PathProblem, StepPairs, backend
 from retime.warp.features import difference_scales
 from retime.warp.path import MEMORY_LIMIT, path_scores, shortest_path
 from retime.warp.score import build_model, triple_scores
@@ -121,9 +121,9 @@ def path_work(scores: str, *, n_output: int, n_input: int) -> Run:
     array = _scores(scores, n_input)
     n_input, max_skip = array.shape[:2]
     free = np.zeros(max_skip)
-    problem = PathProblem(
-        array, np.array([0, n_output - 1]), np.array([0, n_input - 1]), n_output - 1, free, free
-    )  # fmt: skip
+    positions, frames = np.array([[0, n_output - 1], [0, n_input - 1]])
+    pairs = array.reshape(n_input, -1)
+    problem = PathProblem(pairs, StepPairs.up_to(max_skip), positions, frames, n_output - 1, free, free)
     use = backend("compiled")
 
     def run(stages: Stages) -> None:

@@ -8,14 +8,45 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
 
 import numpy as np
 
 Frames = tuple[int, ...]
+# Each step that may be taken, and the steps that may be taken next.
+Follows = Mapping[int, Sequence[int]]
 
 
-def every_path(n_input: int, n_output: int, max_skip: int, anchors: Mapping[int, int] = {}) -> Iterator[Frames]:
-    """Yield all increasing paths from frame 0 to the last one that obey `max_skip` and pass the anchors."""
+def follows(steps: Sequence[int], ratio: float) -> Follows:
+    """Let steps follow each other where the longer is at most so many times the shorter."""
+    most = Fraction(ratio) if ratio < np.inf else Fraction(max(steps))
+    return {a: [b for b in steps if max(a, b) <= most * min(a, b)] for a in steps}
+
+
+def spread(scores: np.ndarray, following: Follows) -> np.ndarray:
+    """Put scores (n_input, n_pairs) where those of all steps stand, (n_input, longest, longest)."""
+    longest = max(following)
+    table = np.full((len(scores), longest, longest), np.inf)
+    for j, row in enumerate(scores):
+        numbers = iter(row)
+        for a in sorted(following):
+            for b in sorted(following[a]):
+                table[j, a - 1, b - 1] = next(numbers)
+        assert next(numbers, None) is None
+    return table
+
+
+def every_path(
+    n_input: int,
+    n_output: int,
+    max_skip: int,
+    anchors: Mapping[int, int] = {},
+    following: Follows | None = None,
+) -> Iterator[Frames]:
+    """Yield all increasing paths from frame 0 to the last one that obey `max_skip` and pass the anchors.
+
+    With `following`, each step must be one of those that may follow the step before.
+    """
 
     def extend(path: Frames) -> Iterator[Frames]:
         position = len(path) - 1
@@ -25,7 +56,9 @@ def every_path(n_input: int, n_output: int, max_skip: int, anchors: Mapping[int,
             if path[-1] == n_input - 1:
                 yield path
             return
-        for step in range(1, max_skip + 1):
+        for step in following or range(1, max_skip + 1):
+            if following and position > 0 and step not in following[path[-1] - path[-2]]:
+                continue
             # No step is shorter than one frame: a path that can't stop in time is not worth following.
             if path[-1] + step + (n_output - 2 - position) <= n_input - 1:
                 yield from extend((*path, path[-1] + step))
@@ -59,12 +92,13 @@ def best_path(
     anchors: Mapping[int, int] = {},
     start_cost: np.ndarray | None = None,
     end_cost: np.ndarray | None = None,
+    following: Follows | None = None,
 ) -> tuple[Frames, float] | None:
     """Try every path of the given lengths (numbers of frames)."""
     n_input, max_skip = scores.shape[:2]
     best: tuple[float, tuple[int, ...], Frames] | None = None
     for n_output in lengths:
-        for path in every_path(n_input, n_output, max_skip, anchors):
+        for path in every_path(n_input, n_output, max_skip, anchors, following):
             cost = total(scores, path, start_cost, end_cost)
             if cost < np.inf and (best is None or (cost, rank(path)) < best[:2]):
                 best = (cost, rank(path), path)
@@ -76,19 +110,22 @@ def best_free_path(
     through: Sequence[int] = (),
     start_cost: np.ndarray | None = None,
     end_cost: np.ndarray | None = None,
+    following: Follows | None = None,
 ) -> tuple[Frames, float] | None:
     """Try every path of any length that passes the given frames."""
     n_input, max_skip = scores.shape[:2]
     found: list[tuple[float, tuple[int, ...], Frames]] = []
     for n_output in range(2, n_input + 1):
-        for path in every_path(n_input, n_output, max_skip):
+        for path in every_path(n_input, n_output, max_skip, {}, following):
             if set(through) <= set(path):
                 found.append((total(scores, path, start_cost, end_cost), rank(path), path))
     least = min(found, default=None)
     return None if least is None or least[0] == np.inf else (least[2], least[0])
 
 
-def recurrence(scores: np.ndarray, n_output: int, anchors: Mapping[int, int] = {}) -> tuple[Frames, float] | None:
+def recurrence(
+    scores: np.ndarray, n_output: int, anchors: Mapping[int, int] = {}, following: Follows | None = None
+) -> tuple[Frames, float] | None:
     """Eq. 3 and 4, one layer of vertices (j, k) after another; at least three frames."""
     n_input, max_skip = scores.shape[:2]
     must = {**anchors, 0: 0, n_output - 1: n_input - 1}
@@ -96,20 +133,21 @@ def recurrence(scores: np.ndarray, n_output: int, anchors: Mapping[int, int] = {
     def allowed(position: int, frame: int) -> bool:
         return frame < n_input and must.get(position, frame) == frame
 
-    cost = {(0, k): 0.0 for k in range(1, max_skip + 1) if allowed(1, k)}
+    cost = {(0, k): 0.0 for k in following or range(1, max_skip + 1) if allowed(1, k)}
     came_from: list[dict[tuple[int, int], int]] = []
     for position in range(2, n_output):
-        following: dict[tuple[int, int], float] = {}
+        later: dict[tuple[int, int], float] = {}
         winner: dict[tuple[int, int], int] = {}
         # Larger i is the smaller skip: visited first, it keeps a tie.
         for i, j in sorted(cost, reverse=True):
-            for k in range(j + 1, j + max_skip + 1):
+            for step in following[j - i] if following else range(1, max_skip + 1):
+                k = j + step
                 if not allowed(position, k):
                     continue
                 candidate = cost[i, j] + float(scores[j, j - i - 1, k - j - 1])
-                if candidate < following.get((j, k), np.inf):
-                    following[j, k], winner[j, k] = candidate, i
-        cost = following
+                if candidate < later.get((j, k), np.inf):
+                    later[j, k], winner[j, k] = candidate, i
+        cost = later
         came_from.append(winner)
     if not cost:
         return None

@@ -8,6 +8,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from tests.reference.paths import Follows
+
 Vector = list[Fraction]
 
 
@@ -58,13 +60,17 @@ def scores(
     kind: str,
     input_poses: np.ndarray,
     *references: np.ndarray,
-    max_skip: int,
+    max_skip: int = 0,
+    following: Follows | None = None,
     rate: float,
     time_scale: float,
     n_neighbors: int,
     weights: Sequence[float] = (),
 ) -> np.ndarray:
-    """Score every triple; ``kind`` is "joint" or "conditional"."""
+    """Score every triple; ``kind`` is "joint" or "conditional".
+
+    With `following` those of its steps, (n_input, n_pairs): by the step before, then by the step after.
+    """
     hertz, tau = Fraction(rate), Fraction(time_scale)
     poses, moves, weight_of = [], [], []
     for reference, weight in zip(references, weights or [1.0] * len(references), strict=True):
@@ -74,21 +80,21 @@ def scores(
             moves.append(velocity(z[t - 1], z[t + 1], hertz, tau) + acceleration(z[t - 1], z[t], z[t + 1], hertz, tau))
             weight_of.append(Fraction(weight))
     y = exact(input_poses)
-    table = np.full((len(y), max_skip, max_skip), np.inf)
+    every = following or {a: range(1, max_skip + 1) for a in range(1, max_skip + 1)}
+    pairs = [(a, b) for a in sorted(every) for b in sorted(every[a])]
+    table = np.full((len(y), len(pairs)), np.inf)
     for j in range(len(y)):
         nearest = nearest_in_pose(y[j], poses, weight_of, n_neighbors) if kind == "conditional" else []
-        for a in range(1, max_skip + 1):
-            for b in range(1, max_skip + 1):
-                i, k = j - a, j + b
-                if i < 0 or k >= len(y):
-                    continue
-                move = velocity(y[i], y[k], hertz, tau) + acceleration(y[i], y[j], y[k], hertz, tau)
-                if kind == "joint":
-                    distances = [
-                        distance(y[j] + move, poses[row] + moves[row]) / float(weight_of[row])
-                        for row in range(len(poses))
-                    ]
-                else:
-                    distances = [distance(move, moves[row]) for row in nearest]
-                table[j, a - 1, b - 1] = mean_of_least(distances, n_neighbors)
-    return table
+        for pair, (a, b) in enumerate(pairs):
+            i, k = j - a, j + b
+            if i < 0 or k >= len(y):
+                continue
+            move = velocity(y[i], y[k], hertz, tau) + acceleration(y[i], y[j], y[k], hertz, tau)
+            if kind == "joint":
+                distances = [
+                    distance(y[j] + move, poses[row] + moves[row]) / float(weight_of[row]) for row in range(len(poses))
+                ]
+            else:
+                distances = [distance(move, moves[row]) for row in nearest]
+            table[j, pair] = mean_of_least(distances, n_neighbors)
+    return table if following else table.reshape(len(y), max_skip, max_skip)

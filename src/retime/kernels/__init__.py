@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from retime.brief import brief_repr
 from retime.errors import OptionError, RetimeWarning
+from retime.kernels.steps import IntArray as IntArray
+from retime.kernels.steps import StepPairs as StepPairs
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 BACKENDS = ("compiled", "numpy")
 
@@ -28,14 +29,14 @@ class Backend(Protocol):
         self,
         inputs: FloatArray,
         reference: FloatArray,
-        max_skip: int,
+        steps: StepPairs,
         velocity: float,
         acceleration: float,
         n_neighbors: int,
         *,
         each: bool = False,
     ) -> FloatArray:
-        """Score triples of poses (n_input, d) against features (n_reference, 3 d): (n_input, max_skip, max_skip).
+        """Score triples of poses (n_input, d) against features (n_reference, 3 d): (n_input, n_pairs).
 
         With `each`, the distances to the nearest features instead of their mean: one more axis, the smallest first.
         """
@@ -48,7 +49,7 @@ class Backend(Protocol):
         inputs: FloatArray,
         reference: FloatArray,
         nearest: IntArray,
-        max_skip: int,
+        steps: StepPairs,
         velocity: float,
         acceleration: float,
     ) -> FloatArray:
@@ -70,17 +71,20 @@ class PathProblem:
 
     Attributes
     ----------
-    scores : float array, shape (n_input, max_skip, max_skip)
-        ``scores[j, a - 1, b - 1]`` of frames j - a, j, j + b; ``inf`` forbids.
+    scores : float array, shape (n_input, n_pairs)
+        ``scores[j, p]`` of frames j - a, j, j + b, where a and b are the steps of pair p; ``inf`` forbids.
+    steps : StepPairs
+        Which pairs.
     positions, frames : int arrays, shape (n_anchors,)
         Output positions and input frames that the path must pass, from (0, 0) to (..., n_input - 1).
     last_position_max : int
         The last anchor stands in a position from its own to this one.
-    start_cost, end_cost : float arrays, shape (max_skip,)
+    start_cost, end_cost : float arrays, shape (n_steps,)
         Added for the first and the last step; ``inf`` forbids it.
     """
 
     scores: FloatArray
+    steps: StepPairs
     positions: IntArray
     frames: IntArray
     last_position_max: int

@@ -6,7 +6,7 @@ from retime.kernels import FloatArray, IntArray
 def joint_scores(
     input: FloatArray,
     reference: FloatArray,
-    max_skip: int,
+    steps: IntArray,
     velocity: float,
     acceleration: float,
     n_neighbors: int,
@@ -19,7 +19,7 @@ def joint_scores(
 def bounded_scores(
     input: FloatArray,
     reference: FloatArray,
-    max_skip: int,
+    steps: IntArray,
     velocity: float,
     acceleration: float,
     n_neighbors: int,
@@ -36,7 +36,7 @@ def bounded_scores(
 def conditional_scores(
     input: FloatArray,
     reference: FloatArray,
-    max_skip: int,
+    steps: IntArray,
     velocity: float,
     acceleration: float,
     n_neighbors: int,
@@ -58,6 +58,7 @@ def nearest_poses(
 ) -> None: ...
 def layered_path(
     scores: FloatArray,
+    steps: IntArray,
     positions: IntArray,
     frames: IntArray,
     last_position_max: int,
@@ -68,6 +69,7 @@ def layered_path(
 ) -> tuple[IntArray, float] | None: ...
 def free_path(
     scores: FloatArray,
+    steps: IntArray,
     positions: IntArray,
     frames: IntArray,
     start_cost: FloatArray,
@@ -76,6 +78,7 @@ def free_path(
 ) -> tuple[IntArray, float] | None: ...
 def priced_path(
     scores: FloatArray,
+    steps: IntArray,
     positions: IntArray,
     frames: IntArray,
     last_position_max: int,

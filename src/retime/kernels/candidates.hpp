@@ -17,10 +17,11 @@ constexpr size_t kChunk = 16;
 constexpr size_t kTileBytes = size_t{1} << 19;
 
 // How many frames of n a tile takes, where its products have so many columns: fewer where a frame has many triples.
-inline size_t tile_frames(size_t n, size_t max_skip, size_t n_columns) {
+inline size_t tile_frames(size_t n, const Steps& steps, size_t n_columns) {
+    const size_t reach = 2 * static_cast<size_t>(steps.longest);
     const size_t n_rows = kTileBytes / (n_columns * sizeof(float));
-    const size_t most = std::clamp<size_t>(n_rows > 2 * max_skip ? (n_rows - 2 * max_skip) / 3 : 0, 32, 64);
-    return std::min(n, std::max<size_t>(1, std::min(most, (size_t{1} << 17) / (max_skip * max_skip))));
+    const size_t most = std::clamp<size_t>(n_rows > reach ? (n_rows - reach) / 3 : 0, 32, 64);
+    return std::min(n, std::max<size_t>(1, std::min(most, (size_t{1} << 17) / steps.n_pairs)));
 }
 
 // Runs work(from, to) on parts of [begin, end), one a thread. Throws what one of them threw.
@@ -137,42 +138,72 @@ struct Columns {
     }
 };
 
+// Products of neighbouring frames, a row each, in a ring: those that the next tile needs too stay where they are.
+struct FrameProducts {
+    size_t stride, n_rows;
+    Blank<float> numbers;
+    // The frames that it holds, and where the first of them stands.
+    size_t begin = 0, end = 0, place = 0;
+
+    FrameProducts(size_t most_frames, size_t n_columns)
+        : stride(n_columns), n_rows(most_frames), numbers(most_frames * n_columns) {}
+
+    size_t row(size_t frame) const {
+        const size_t row = frame - begin + place;
+        return row < n_rows ? row : row - n_rows;
+    }
+    const float* of(size_t frame) const { return numbers.data() + row(frame) * stride; }
+
+    // Holds frames from..to next; make(first, last, out) computes some of them. With `keep`, those that are there stay.
+    template <typename Make>
+    RETIME_INLINE void hold(size_t from, size_t to, bool keep, Make make) {
+        if (keep && begin <= from && from <= end) {
+            place = row(from), begin = from;
+        } else {
+            begin = end = from, place = 0;
+        }
+        while (end < to) {
+            const size_t at = row(end), some = std::min(to - end, n_rows - at);
+            make(end, end + some, numbers.data() + at * stride);
+            end += some;
+        }
+    }
+};
+
 // Products of a tile's frames, and of the frames that its triples begin and end with, with panels of columns.
 struct TileProducts {
-    size_t stride;
-    Blank<float> here, before, after;
-    // The first of the tile's frames, of those before and of those after.
-    size_t first = 0, before_first = 0, after_first = 0;
+    FrameProducts here, before, after;
 
-    TileProducts(size_t n_rows, size_t reach, size_t n_columns)
-        : stride(n_columns),
-          here(n_rows * stride),
-          before((n_rows + reach) * stride),
-          after((n_rows + reach) * stride) {}
+    TileProducts(size_t n_tile, const Steps& steps, size_t n_columns)
+        : here(n_tile, n_columns),
+          before(n_tile + static_cast<size_t>(steps.longest), n_columns),
+          after(n_tile + static_cast<size_t>(steps.longest), n_columns) {}
 
-    // Products of frames [from, to) with `n_some` panels from `panel` on, put at `column`.
+    // Products of frames [from, to) with `n_some` panels from `panel` on, put at `column`. With `keep`, what the tile
+    // before needed of the same panels is not made again.
     template <typename Level>
     RETIME_INLINE void multiply(const Low& low, const Columns& columns, const ScoreProblem& p, size_t depth,
-                                size_t from, size_t to, size_t panel, size_t n_some, size_t column) {
-        const size_t at = panel * depth * kPanel, last = std::min(to + p.max_skip, p.n_input);
-        first = from, before_first = from > p.max_skip ? from - p.max_skip : 0, after_first = std::min(from + 1, last);
-        const auto part = [&](const Blank<float>& panels, size_t begin, size_t end, Blank<float>& out)
+                                size_t from, size_t to, size_t panel, size_t n_some, size_t column, bool keep) {
+        const size_t longest = static_cast<size_t>(p.steps.longest), at = panel * depth * kPanel;
+        const size_t last = std::min(to + longest, p.n_input);
+        const auto part = [&](const Blank<float>& panels, size_t begin, size_t end, FrameProducts& out)
                               RETIME_LAMBDA_INLINE {
-                                  multiply_panels<Level>(low.rows.data() + begin * depth, end - begin, depth,
-                                                         panels.data() + at, n_some, out.data() + column, stride);
+                                  const auto make = [&](size_t first, size_t behind, float* rows) RETIME_LAMBDA_INLINE {
+                                      multiply_panels<Level>(low.rows.data() + first * depth, behind - first, depth,
+                                                             panels.data() + at, n_some, rows + column, out.stride);
+                                  };
+                                  out.hold(begin, end, keep, make);
                               };
-        part(columns.here, first, to, here);
-        part(columns.before, before_first, to, before);
-        part(columns.after, after_first, last, after);
+        part(columns.here, from, to, here);
+        part(columns.before, from - std::min(from, longest), to, before);
+        part(columns.after, std::min(from + 1, last), last, after);
     }
 
-    // Those of triples (j - a, j, j + b) to (j - a, j, j + b + n_group - 1), from a column on.
-    RETIME_INLINE Rows rows(size_t j, size_t a, size_t b, size_t n_group, size_t column) const {
-        Rows rows{here.data() + (j - first) * stride + column,
-                  before.data() + (j - a - before_first) * stride + column,
-                  {},
-                  n_group};
-        for (size_t g = 0; g < n_group; ++g) rows.after[g] = after.data() + (j + b + g - after_first) * stride + column;
+    // Those of triples that begin with step a and go on with n_group steps from b on, from a column on.
+    RETIME_INLINE Rows rows(const Steps& steps, size_t j, size_t a, size_t b, size_t n_group, size_t column) const {
+        Rows rows{here.of(j) + column, before.of(j - static_cast<size_t>(steps.length[a])) + column, {}, n_group};
+        for (size_t g = 0; g < n_group; ++g)
+            rows.after[g] = after.of(j + static_cast<size_t>(steps.length[b + g])) + column;
         return rows;
     }
 };

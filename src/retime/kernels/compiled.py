@@ -8,7 +8,7 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, _kernels
+from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, StepPairs, _kernels
 
 _MOST_THREADS = 256
 # A reference of so many frames is worth putting in order for so many triples.
@@ -32,7 +32,7 @@ def n_threads() -> int:
 def joint_scores(
     inputs: FloatArray,
     reference: FloatArray,
-    max_skip: int,
+    steps: StepPairs,
     velocity: float,
     acceleration: float,
     n_neighbors: int,
@@ -42,10 +42,10 @@ def joint_scores(
     """Score triples; see `retime.kernels.Backend`."""
     n_input, n_numbers = inputs.shape
     n_reference = len(reference)
-    out = np.full((n_input, max_skip, max_skip, *([n_neighbors] if each else [])), np.inf)
+    out = np.full((n_input, steps.n_pairs, *([n_neighbors] if each else [])), np.inf)
     scale = _scale(inputs, reference)
-    problem = inputs, reference, max_skip, velocity, acceleration, n_neighbors
-    if n_reference < _LONG or n_input * max_skip**2 < _MANY:
+    problem = inputs, reference, steps.table, velocity, acceleration, n_neighbors
+    if n_reference < _LONG or n_input * steps.n_pairs < _MANY:
         _kernels.joint_scores(*problem, scale, n_threads(), each, out)
         return out
     directions = _directions(reference.reshape(-1, n_numbers)) * scale
@@ -113,13 +113,13 @@ def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> In
 
 
 def conditional_scores(
-    inputs: FloatArray, reference: FloatArray, nearest: IntArray, max_skip: int, velocity: float, acceleration: float
+    inputs: FloatArray, reference: FloatArray, nearest: IntArray, steps: StepPairs, velocity: float, acceleration: float
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
-    out = np.full((len(inputs), max_skip, max_skip), np.inf)
+    out = np.full((len(inputs), steps.n_pairs), np.inf)
     n_neighbors = nearest.shape[1]
     _kernels.conditional_scores(
-        inputs, reference, max_skip, velocity, acceleration, n_neighbors, nearest, n_threads(), out
+        inputs, reference, steps.table, velocity, acceleration, n_neighbors, nearest, n_threads(), out
     )
     return out
 
@@ -128,6 +128,7 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
     """Find the best path; see `retime.kernels.Backend`."""
     return _kernels.layered_path(
         problem.scores,
+        problem.steps.table,
         problem.positions,
         problem.frames,
         problem.last_position_max,
@@ -139,7 +140,9 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
 
 def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
     """Find the best path of any length; see `retime.kernels.Backend`."""
-    return _kernels.free_path(problem.scores, problem.positions, problem.frames, problem.start_cost, problem.end_cost)
+    return _kernels.free_path(
+        problem.scores, problem.steps.table, problem.positions, problem.frames, problem.start_cost, problem.end_cost
+    )
 
 
 def priced_path(problem: PathProblem, max_bytes: int) -> PricedPath:
@@ -147,6 +150,7 @@ def priced_path(problem: PathProblem, max_bytes: int) -> PricedPath:
     return PricedPath(
         *_kernels.priced_path(
             problem.scores,
+            problem.steps.table,
             problem.positions,
             problem.frames,
             problem.last_position_max,

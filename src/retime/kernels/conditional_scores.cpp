@@ -1,4 +1,4 @@
-// The conditional score of triples (i, j, k) = (j - a, j, j + b): how the reference moves where its pose is nearest to
+// The conditional score of triples of input frames: how the reference moves where its pose is nearest to
 // that of frame j.
 
 #include "candidates.hpp"
@@ -143,31 +143,29 @@ template <typename Level>
 RETIME_INLINE void conditional_rows_body(const PaddedRows& q, const int64_t* nearest, size_t begin, size_t end,
                                          double* out) {
     const ScoreProblem& p = q.p;
-    const size_t s = p.max_skip, count = p.n_neighbors, n_groups = (s + kGroup - 1) / kGroup,
-                 n_tile = tile_frames(end - begin, s, kPanel);
+    const Steps& steps = p.steps;
+    const size_t count = p.n_neighbors, n_tile = tile_frames(end - begin, steps, kPanel);
     TripleDistances<Level> exact(q, begin, end, false);
-    Array<double> squares(s * n_groups * count * kGroup);
+    Array<double> squares(steps.n_groups * count * kGroup);
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
         exact.begin_tile(first, last);
         for (size_t j = first; j < last; ++j) {
-            const size_t n_in = std::min(s, j), n_out = std::min(s, p.n_input - 1 - j);
             std::fill(squares.begin(), squares.end(), kFar);
             exact.begin_frame(j);
             for (size_t m = 0; m < count; ++m) {
                 const size_t row = static_cast<size_t>(nearest[j * count + m]), slot = exact.find(row);
-                for (size_t a = 1; a <= n_in; ++a)
-                    for (size_t b = 1; b <= n_out; b += kGroup) {
-                        double measured[kGroup];
-                        exact.squares(a, b, std::min(kGroup, n_out - b + 1), row, slot, measured);
-                        keep_least<Level>(measured, count,
-                                          squares.data() + ((a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup);
-                    }
+                const auto meet = [&](size_t a, size_t b, size_t n_group, size_t place) RETIME_LAMBDA_INLINE {
+                    double measured[kGroup];
+                    exact.squares(a, b, n_group, row, slot, measured);
+                    keep_least<Level>(measured, count, squares.data() + place * count * kGroup);
+                };
+                steps.each_group(j, p.n_input, meet);
             }
-            for (size_t a = 1; a <= n_in; ++a)
-                for (size_t b = 1; b <= n_out; b += kGroup)
-                    write_least(squares.data() + ((a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup, count,
-                                std::min(kGroup, n_out - b + 1), false, out + (j * s + a - 1) * s + b - 1);
+            steps.each_group(j, p.n_input, [&](size_t a, size_t b, size_t n_group, size_t place) {
+                write_least(squares.data() + place * count * kGroup, count, n_group, false,
+                            out + j * steps.n_pairs + static_cast<size_t>(steps.row[a]) + b);
+            });
         }
     }
 }

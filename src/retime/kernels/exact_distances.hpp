@@ -15,9 +15,8 @@
 namespace retime {
 
 constexpr size_t kLanes = 16;
-// Rows that are measured at once, and triples: the same first two frames.
+// Rows that are measured at once.
 constexpr size_t kBatch = 4;
-constexpr size_t kGroup = 8;
 // Of terms that cancel to less than this share of their size, too few digits are left.
 constexpr double kCancelled = 1e-3;
 constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -97,14 +96,15 @@ RETIME_INLINE double squared_distance(const double* a, const double* b, size_t w
     return halved(lanes);
 }
 
-// Inner products of a row with each of the n rows from `rows` on, or with `apart` its squared distances to them.
-template <typename Level, bool apart = false>
-RETIME_INLINE void dots(const double* x, const double* rows, size_t n, size_t wide, double* out) {
+// Inner products of a row with each of n rows, or with `apart` its squared distances to them; row_of says where the
+// m-th stands.
+template <typename Level, bool apart, typename RowOf>
+RETIME_INLINE void dots(const double* x, RowOf row_of, size_t n, size_t wide, double* out) {
     using Doubles = typename Level::Doubles;
     constexpr size_t kWidth = Level::kDoubles, kParts = kLanes / kWidth;
     for (size_t begin = 0; begin < n; begin += kBatch) {
         const double* row[kBatch];
-        for (size_t m = 0; m < kBatch; ++m) row[m] = rows + std::min(begin + m, n - 1) * wide;
+        for (size_t m = 0; m < kBatch; ++m) row[m] = row_of(std::min(begin + m, n - 1));
         alignas(64) Lanes lanes;
         for (size_t first = 0; first < kBatch; first += Level::kRows) {
             Doubles sum[Level::kRows][kParts] = {};
@@ -184,6 +184,11 @@ struct PaddedRows {
     // Poses y and z; v dz + w ddz and v dz - w ddz; |dz|^2 + |ddz|^2.
     Blank<double> input, poses, plus, minus, squares;
 
+    // How many frames on the squared lengths reach that triples need, the fewest first; the places there of the steps,
+    // and of two steps together.
+    std::vector<size_t> reaches;
+    std::vector<int64_t> reach_of_step, reach_of_pair;
+
     const int64_t* order;
 
     // With `order`, row l is that row of the reference.
@@ -209,42 +214,38 @@ class TripleDistances {
     // For triples with their middle in frames begin to end. Without poses, distances are those of movements.
     RETIME_INLINE TripleDistances(const PaddedRows& measured, size_t begin, size_t end, bool with_poses)
         : q_(measured),
+          steps_(q_.p.steps),
           with_poses_(with_poses),
-          s_(q_.p.max_skip),
+          n_(steps_.n),
           wide_(q_.wide),
-          begin_(begin > s_ ? begin - s_ : 0),
-          lengths_((end - begin_) * 2 * s_ + kGroup),
-          out_(s_ * wide_),
-          in_(s_ * wide_),
+          begin_(begin - std::min(begin, static_cast<size_t>(steps_.longest))),
+          lengths_((end - begin_) * q_.reaches.size()),
+          out_(n_ * wide_),
+          in_(n_ * wide_),
           scratch_(4 * wide_),
           stamp_(q_.p.n_reference, 0),
           slot_(q_.p.n_reference) {
+        const size_t n_reaches = q_.reaches.size();
+        size_t within = n_reaches;
         for (size_t i = begin_; i < end; ++i) {
             const double* here = q_.input.data() + i * wide_;
-            dots<Level, true>(here, here + wide_, std::min(2 * s_, q_.p.n_input - 1 - i), wide_,
-                              lengths_.data() + (i - begin_) * 2 * s_);
+            while (within > 0 && q_.reaches[within - 1] > q_.p.n_input - 1 - i) --within;
+            const auto ahead = [&](size_t m) RETIME_LAMBDA_INLINE { return here + q_.reaches[m] * wide_; };
+            dots<Level, true>(here, ahead, within, wide_, lengths_.data() + (i - begin_) * n_reaches);
         }
     }
 
     // Triples of frames first to last are next.
     RETIME_INLINE void begin_tile(size_t first, size_t last) {
         first_ = first;
-        moved_.resize((last - first) * s_ * s_ + kGroup);
+        moved_.resize((last - first) * steps_.n_pairs + kGroup);
         size_.resize(moved_.size());
-        const double vv = q_.p.velocity * q_.p.velocity, ww = q_.p.acceleration * q_.p.acceleration;
-        for (size_t j = first; j < last; ++j)
-            for (size_t a = 1; a <= s_ && a <= j; ++a) {
-                // Squared lengths of the steps from i on and from j on.
-                const double *from_i = lengths_.data() + (j - a - begin_) * 2 * s_,
-                             *from_j = lengths_.data() + (j - begin_) * 2 * s_;
-                double* moved = moved_.data() + ((j - first) * s_ + a - 1) * s_;
-                double* size = size_.data() + ((j - first) * s_ + a - 1) * s_;
-                for (size_t b = 1; b <= s_ && j + b < q_.p.n_input; ++b) {
-                    const double both = from_i[a + b - 1], twice = 2 * (from_j[b - 1] + from_i[a - 1]);
-                    moved[b - 1] = vv * both + ww * (twice - both);
-                    size[b - 1] = (vv + ww) * twice;
-                }
-            }
+        if (steps_.every)
+            measure_steps(last, [](int64_t a) { return a; }, [](int64_t a, int64_t b) { return a + b + 1; });
+        else
+            measure_steps(
+                last, [&](int64_t a) { return q_.reach_of_step[a]; },
+                [&](int64_t a, int64_t b) { return q_.reach_of_pair[steps_.row[a] + b]; });
     }
 
     // Triples of frame j are next.
@@ -261,7 +262,7 @@ class TripleDistances {
         stamp_[row] = now_, slot_[row] = static_cast<uint32_t>(slot);
         if (poses_.size() < n_slots_) {
             poses_.resize(n_slots_), complete_.resize(n_slots_);
-            e_.resize(n_slots_ * s_ + kGroup), f_.resize(n_slots_ * s_);
+            e_.resize(n_slots_ * n_ + kGroup), f_.resize(n_slots_ * n_);
         }
         complete_[slot] = 0;
         poses_[slot] = with_poses_
@@ -273,16 +274,15 @@ class TripleDistances {
     // The squared distance of the poses alone.
     double pose(size_t slot) const { return poses_[slot]; }
 
-    // Of triples (j - a, j, j + b) to (j - a, j, j + b + n - 1) for n <= kGroup; the rest of `out` (kGroup) has no
-    // meaning.
+    // Of the triples of a group: step a, then n <= kGroup steps from b on; the rest of `out` (kGroup) has no meaning.
     RETIME_INLINE void squares(size_t a, size_t b, size_t n, size_t row, size_t slot, double* out) {
         using Doubles = typename Level::Doubles;
         if (!complete_[slot]) complete(row, slot);
-        const size_t t = ((j_ - first_) * s_ + a - 1) * s_ + b - 1;
-        const double zz = q_.squares[row], of_a = f_[slot * s_ + a - 1], pose = poses_[slot];
+        const size_t t = (j_ - first_) * steps_.n_pairs + static_cast<size_t>(steps_.row[a]) + b;
+        const double zz = q_.squares[row], of_a = f_[slot * n_ + a], pose = poses_[slot];
         double enough[kGroup];
         for (size_t g = 0; g < kGroup; g += Level::kDoubles) {
-            const Doubles along = load<Doubles>(e_.data() + slot * s_ + b - 1 + g);
+            const Doubles along = load<Doubles>(e_.data() + slot * n_ + b + g);
             const Doubles moved = load<Doubles>(moved_.data() + t + g), size = load<Doubles>(size_.data() + t + g);
             store(Doubles(pose + ((moved - 2 * (along + of_a)) + zz)), out + g);
             store(Doubles(kCancelled * (size + zz)), enough + g);
@@ -297,6 +297,30 @@ class TripleDistances {
   private:
     static constexpr size_t kMostSlots = 4096;
 
+    // What triples of frames first_ to last have in common, whatever the row; by the places of squared lengths.
+    template <typename OfStep, typename OfPair>
+    RETIME_INLINE void measure_steps(size_t last, OfStep of_step, OfPair of_pair) {
+        const double vv = q_.p.velocity * q_.p.velocity, ww = q_.p.acceleration * q_.p.acceleration;
+        const size_t n_reaches = q_.reaches.size();
+        for (size_t j = first_; j < last; ++j) {
+            const int64_t n_in = steps_.up_to(static_cast<int64_t>(j));
+            const int64_t n_out = steps_.up_to(static_cast<int64_t>(q_.p.n_input - 1 - j));
+            for (int64_t a = 0; a < n_in; ++a) {
+                // Squared lengths of the steps from i on and from j on.
+                const double* from_i = lengths_.data() + (j - steps_.length[a] - begin_) * n_reaches;
+                const double* from_j = lengths_.data() + (j - begin_) * n_reaches;
+                double* moved = moved_.data() + (j - first_) * steps_.n_pairs + steps_.row[a];
+                double* size = size_.data() + (j - first_) * steps_.n_pairs + steps_.row[a];
+                const double of_a = from_i[of_step(a)];
+                for (int64_t b = steps_.first[a]; b < std::min(steps_.end[a], n_out); ++b) {
+                    const double both = from_i[of_pair(a, b)], twice = 2 * (from_j[of_step(b)] + of_a);
+                    moved[b] = vv * both + ww * (twice - both);
+                    size[b] = (vv + ww) * twice;
+                }
+            }
+        }
+    }
+
     RETIME_INLINE void forget() {
         n_slots_ = 0;
         if (++now_ == 0) std::fill(stamp_.begin(), stamp_.end(), 0), now_ = 1;
@@ -304,25 +328,35 @@ class TripleDistances {
 
     RETIME_INLINE void complete(size_t row, size_t slot) {
         if (stepped_ != j_) step(j_);
-        dots<Level>(q_.plus.data() + row * wide_, out_.data(), n_out_, wide_, e_.data() + slot * s_);
-        dots<Level>(q_.minus.data() + row * wide_, in_.data(), n_in_, wide_, f_.data() + slot * s_);
+        const auto out = [&](size_t b) RETIME_LAMBDA_INLINE { return out_.data() + b * wide_; };
+        const auto in = [&](size_t a) RETIME_LAMBDA_INLINE { return in_.data() + a * wide_; };
+        dots<Level, false>(q_.plus.data() + row * wide_, out, n_out_, wide_, e_.data() + slot * n_);
+        dots<Level, false>(q_.minus.data() + row * wide_, in, n_in_, wide_, f_.data() + slot * n_);
         complete_[slot] = 1;
     }
 
     // The steps of frame j.
     RETIME_INLINE void step(size_t j) {
-        stepped_ = j, n_in_ = std::min(s_, j), n_out_ = std::min(s_, q_.p.n_input - 1 - j);
+        stepped_ = j;
+        n_in_ = static_cast<size_t>(steps_.up_to(static_cast<int64_t>(j)));
+        n_out_ = static_cast<size_t>(steps_.up_to(static_cast<int64_t>(q_.p.n_input - 1 - j)));
         const double* here = q_.input.data() + j * wide_;
-        for (size_t a = 0; a < n_in_; ++a)
-            for (size_t d = 0; d < wide_; ++d) in_[a * wide_ + d] = here[d] - (here - (a + 1) * wide_)[d];
-        for (size_t b = 0; b < n_out_; ++b)
-            for (size_t d = 0; d < wide_; ++d) out_[b * wide_ + d] = here[(b + 1) * wide_ + d] - here[d];
+        for (size_t a = 0; a < n_in_; ++a) {
+            const double* before = here - static_cast<size_t>(steps_.length[a]) * wide_;
+            for (size_t d = 0; d < wide_; ++d) in_[a * wide_ + d] = here[d] - before[d];
+        }
+        for (size_t b = 0; b < n_out_; ++b) {
+            const double* after = here + static_cast<size_t>(steps_.length[b]) * wide_;
+            for (size_t d = 0; d < wide_; ++d) out_[b * wide_ + d] = after[d] - here[d];
+        }
     }
 
     // The order of operations is the NumPy backend's.
     RETIME_INLINE double direct(size_t a, size_t b, size_t row) {
         const ScoreProblem& p = q_.p;
-        const double *here = q_.input.data() + j_ * wide_, *before = here - a * wide_, *after = here + b * wide_;
+        const double* here = q_.input.data() + j_ * wide_;
+        const double* before = here - static_cast<size_t>(steps_.length[a]) * wide_;
+        const double* after = here + static_cast<size_t>(steps_.length[b]) * wide_;
         const double* z = q_.reference(row);
         double *move = scratch_.data(), *there = move + 2 * wide_;
         for (size_t d = 0; d < p.n_numbers; ++d) {
@@ -335,8 +369,9 @@ class TripleDistances {
     }
 
     const PaddedRows& q_;
+    const Steps& steps_;
     bool with_poses_;
-    size_t s_, wide_, begin_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0,
+    size_t n_, wide_, begin_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0,
                               n_slots_ = 0;
     uint32_t now_ = 0;
     Array<double> lengths_, out_, in_, scratch_, moved_, size_, poses_, e_, f_;
@@ -353,6 +388,18 @@ inline PaddedRows::PaddedRows(const ScoreProblem& problem, const int64_t* in_ord
       minus(p.n_reference * wide),
       squares(p.n_reference),
       order(in_order) {
+    const Steps& steps = p.steps;
+    for (const int64_t one : steps.length) reaches.push_back(static_cast<size_t>(one));
+    for (size_t a = 0; a < steps.n; ++a)
+        for (int64_t b = steps.first[a]; b < steps.end[a]; ++b)
+            reaches.push_back(static_cast<size_t>(steps.length[a] + steps.length[b]));
+    const std::vector<size_t> asked = reaches;
+    std::sort(reaches.begin(), reaches.end());
+    reaches.erase(std::unique(reaches.begin(), reaches.end()), reaches.end());
+    for (const size_t reach : asked) {
+        auto& places = reach_of_step.size() < steps.n ? reach_of_step : reach_of_pair;
+        places.push_back(std::lower_bound(reaches.begin(), reaches.end(), reach) - reaches.begin());
+    }
     const double v = p.velocity, w = p.acceleration;
     for (size_t row = 0; row < p.n_reference; ++row) {
         const double *z = reference(row), *dz = z + p.n_numbers, *ddz = dz + p.n_numbers;

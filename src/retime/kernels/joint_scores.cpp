@@ -1,4 +1,5 @@
-// The joint score of triples (i, j, k) = (j - a, j, j + b) against references that fit a few tiles:
+// The joint score of triples (i, j, k) of input frames, a step and another one apart, against references that fit a few
+// tiles:
 //
 //   f = mean of the n_neighbors smallest |y^ - z^_l|,  y^ = [y_j, v (y_k - y_i), w ((y_k - y_j) - (y_j - y_i))].
 //
@@ -29,79 +30,73 @@ struct Joint {
 template <typename Level>
 RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, bool each, double* out) {
     const ScoreProblem& p = q.p;
-    const size_t s = p.max_skip, n = p.n_numbers, count = p.n_neighbors, depth = n + 1;
-    const size_t n_panels = q.columns.n_panels;
+    const Steps& steps = p.steps;
+    const size_t n = p.n_numbers, count = p.n_neighbors, depth = n + 1, n_panels = q.columns.n_panels;
     const double unit = rounding(n);
-    const size_t n_tile = tile_frames(end - begin, s, std::min(kChunk, n_panels) * kPanel);
-    TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
+    const size_t n_tile = tile_frames(end - begin, steps, std::min(kChunk, n_panels) * kPanel);
+    TileProducts tile(n_tile, steps, std::min(kChunk, n_panels) * kPanel);
 
     // Of each triple of the tile: the squared distances of its nearest rows so far, the smallest first, for kGroup
     // triples beside each other.
-    const size_t n_groups = (s + kGroup - 1) / kGroup;
-    Array<double> squares(n_tile * s * n_groups * count * kGroup);
-    Array<float> lowest_limits(n_tile * s * n_groups * kGroup), least(kGroup * kChunk * 16);
-    float total[kGroup * 16] = {};
+    Array<double> squares(n_tile * steps.n_groups * count * kGroup);
+    Array<float> lowest_limits(n_tile * steps.n_groups * kGroup), least(kGroup * kChunk * kLeast);
+    float total[kGroup * kLeast] = {};
     TripleDistances<Level> exact(q.measured, begin, end, true);
 
     for (size_t first = begin; first < end; first += n_tile) {
         const size_t last = std::min(first + n_tile, end);
         std::fill(squares.begin(), squares.end(), kFar);
-        std::fill(lowest_limits.begin(), lowest_limits.end(), std::numeric_limits<float>::infinity());
+        std::fill(lowest_limits.begin(), lowest_limits.end(), kFarFloat);
         exact.begin_tile(first, last);
         for (size_t panel = 0; panel < n_panels; panel += kChunk) {
             const size_t n_blocks = std::min(kChunk, n_panels - panel);
-            tile.multiply<Level>(q.low, q.columns, p, depth, first, last, panel, n_blocks, 0);
+            tile.multiply<Level>(q.low, q.columns, p, depth, first, last, panel, n_blocks, 0, n_panels <= kChunk);
             for (size_t j = first; j < last; ++j) {
-                const size_t n_in = std::min(s, j), n_out = std::min(s, p.n_input - 1 - j);
                 exact.begin_frame(j);
-                for (size_t a = 1; a <= n_in; ++a)
-                    for (size_t b = 1; b <= n_out; b += kGroup) {
-                        const size_t n_group = std::min(kGroup, n_out - b + 1);
-                        const Rows rows = tile.rows(j, a, b, n_group, 0);
-                        minima<Level>(rows, n_blocks, least.data(), total);
-                        // Never above what an earlier chunk has shown.
-                        float limits[kGroup],
-                            *lowest = lowest_limits.data() +
-                                      (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * kGroup;
-                        if (count == 3)
-                            nth_least(total, 3, limits);
-                        else
-                            nth_least(total, count, limits);
-                        const double some_slack = q.low.lengths[j] * q.columns.longest_here +
-                                                  q.low.lengths[j - a] * q.columns.longest_before + q.columns.largest;
-                        for (size_t g = 0; g < n_group; ++g) {
-                            const double slack =
-                                unit * (some_slack + q.low.lengths[j + b + g] * q.columns.longest_after) + 1e-30;
-                            limits[g] =
-                                static_cast<float>(limits[g] + 2.000001 * slack) + std::abs(limits[g]) * 2.4e-7f;
-                            limits[g] = lowest[g] = std::min(lowest[g], limits[g]);
-                        }
-                        uint64_t near[kChunk];
-                        uint32_t blocks = nearby<Level>(rows, n_blocks, least.data(), limits, near);
-                        // What one triple needs is measured for its neighbours too: a few instructions for all of them.
-                        double* nearest =
-                            squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
-                        for (; blocks; blocks &= blocks - 1) {
-                            const size_t block = next_bit(blocks);
-                            for (uint64_t some = near[block]; some; some &= some - 1) {
-                                const size_t row = (panel + block) * kPanel + next_bit(some);
-                                double measured[kGroup];
-                                exact.squares(a, b, n_group, row, exact.find(row), measured);
-                                keep_least<Level>(measured, count, nearest);
-                            }
+                const auto meet = [&](size_t a, size_t b, size_t n_group, size_t place) RETIME_LAMBDA_INLINE {
+                    const size_t group = (j - first) * steps.n_groups + place;
+                    const Rows rows = tile.rows(steps, j, a, b, n_group, 0);
+                    minima<Level>(rows, n_blocks, least.data(), total);
+                    // Never above what an earlier chunk has shown.
+                    float limits[kGroup], *lowest = lowest_limits.data() + group * kGroup;
+                    if (count == 3)
+                        nth_least(total, 3, limits);
+                    else
+                        nth_least(total, count, limits);
+                    const double some_slack =
+                        q.low.lengths[j] * q.columns.longest_here +
+                        q.low.lengths[j - static_cast<size_t>(steps.length[a])] * q.columns.longest_before +
+                        q.columns.largest;
+                    for (size_t g = 0; g < n_group; ++g) {
+                        const double longest_after =
+                            q.low.lengths[j + static_cast<size_t>(steps.length[b + g])] * q.columns.longest_after;
+                        const double slack = unit * (some_slack + longest_after) + 1e-30;
+                        limits[g] = static_cast<float>(limits[g] + 2.000001 * slack) + std::abs(limits[g]) * 2.4e-7f;
+                        limits[g] = lowest[g] = std::min(lowest[g], limits[g]);
+                    }
+                    uint64_t near[kChunk];
+                    uint32_t blocks = nearby<Level>(rows, n_blocks, least.data(), limits, near);
+                    // What one triple needs is measured for its neighbours too: a few instructions for all of them.
+                    double* nearest = squares.data() + group * count * kGroup;
+                    for (; blocks; blocks &= blocks - 1) {
+                        const size_t block = next_bit(blocks);
+                        for (uint64_t some = near[block]; some; some &= some - 1) {
+                            const size_t row = (panel + block) * kPanel + next_bit(some);
+                            double measured[kGroup];
+                            exact.squares(a, b, n_group, row, exact.find(row), measured);
+                            keep_least<Level>(measured, count, nearest);
                         }
                     }
+                };
+                steps.each_group(j, p.n_input, meet);
             }
         }
         for (size_t j = first; j < last; ++j)
-            for (size_t a = 1; a <= s && a <= j; ++a)
-                for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup) {
-                    const size_t n_group = std::min({kGroup, s - b + 1, p.n_input - j - b}),
-                                 triple = (j * s + a - 1) * s + b - 1;
-                    const double* nearest =
-                        squares.data() + (((j - first) * s + a - 1) * n_groups + (b - 1) / kGroup) * count * kGroup;
-                    write_least(nearest, count, n_group, each, out + triple * (each ? count : 1));
-                }
+            steps.each_group(j, p.n_input, [&](size_t a, size_t b, size_t n_group, size_t place) {
+                const size_t triple = j * steps.n_pairs + static_cast<size_t>(steps.row[a]) + b;
+                const double* nearest = squares.data() + ((j - first) * steps.n_groups + place) * count * kGroup;
+                write_least(nearest, count, n_group, each, out + triple * (each ? count : 1));
+            });
     }
 }
 

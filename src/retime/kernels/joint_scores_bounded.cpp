@@ -83,17 +83,18 @@ struct Bounds {
 template <typename Level>
 RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, bool each, double* out) {
     const ScoreProblem& p = q.p;
-    const size_t s = p.max_skip, count = p.n_neighbors, depth = q.projection.depth + 1,
-                 wide_low = padded(q.projection.depth), n_panels = q.columns.n_panels;
+    const Steps& steps = p.steps;
+    const size_t count = p.n_neighbors, depth = q.projection.depth + 1, wide_low = padded(q.projection.depth),
+                 n_panels = q.columns.n_panels;
     const double v = p.velocity, w = p.acceleration, scale = q.projection.scale, unit = rounding(q.projection.depth);
-    const size_t n_tile = tile_frames(end - begin, s, kChunk * kPanel), n_groups = (s + kGroup - 1) / kGroup;
-    TileProducts tile(n_tile, s, std::min(kChunk, n_panels) * kPanel);
-    TileProducts centre_products(n_tile, s, (q.centres.n_panels + kChunk) * kPanel);
+    const size_t n_tile = tile_frames(end - begin, steps, kChunk * kPanel);
+    TileProducts tile(n_tile, steps, std::min(kChunk, n_panels) * kPanel);
+    TileProducts centre_products(n_tile, steps, (q.centres.n_panels + kChunk) * kPanel);
     TileProducts of_centres = centre_products;
 
     // Of each group of triples of the tile, and of the frame before the tile: its nearest rows, and what its bounds are
     // made of.
-    const size_t frame_groups = s * n_groups, all_groups = (n_tile + 1) * frame_groups;
+    const size_t frame_groups = steps.n_groups, all_groups = (n_tile + 1) * frame_groups;
     Array<double> squares(all_groups * count * kGroup), base(all_groups * kGroup), margin(base), farthest(base);
     Array<int64_t> ids(squares.size(), -1);
     Array<float> limits(base.size()), reach(base.size());
@@ -121,7 +122,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
     float total[kGroup * 16] = {}, nth[kGroup];
     uint64_t near_bits[kChunk];
 
-    // One frame on, the reference has likely gone on too; or it is as for the smaller first skip; or what lies near in
+    // One frame on, the reference has likely gone on too; or it is as for the group before; or what lies near in
     // fewer numbers does in all of them.
     const auto begin_group = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group,
                                  const Rows& rows) RETIME_LAMBDA_INLINE {
@@ -134,10 +135,10 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         };
         for (size_t m = 0; m < count; ++m)
             for (size_t g = 0; g < n_group; ++g) {
-                if (j > a && j > begin)
+                if (j > static_cast<size_t>(steps.length[a]) && j > begin)
                     if (const int64_t row = ids[((group - frame_groups) * count + m) * kGroup + g]; row >= 0)
                         guess(q.projection.following[row]);
-                if (a > 1) guess(ids[((group - n_groups) * count + m) * kGroup + g]);
+                if (a > 0) guess(ids[((group - 1) * count + m) * kGroup + g]);
             }
         const size_t n_blocks = std::min(kChunk, n_panels);
         minima<Level>(rows, n_blocks, least.data(), total);
@@ -156,7 +157,8 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         std::fill_n(squares.data() + group * count * kGroup, count * kGroup, kFar);
         std::fill_n(ids.data() + group * count * kGroup, count * kGroup, -1);
         for (size_t g = 0; g < n_group; ++g) {
-            const size_t i = j - a, k = j + b + g, t = group * kGroup + g;
+            const size_t i = j - static_cast<size_t>(steps.length[a]);
+            const size_t k = j + static_cast<size_t>(steps.length[b + g]), t = group * kGroup + g;
             base[t] = 0.5 * squared_feature(q.low_input.data() + i * wide_low, q.low_input.data() + j * wide_low,
                                             q.low_input.data() + k * wide_low, v, w, wide_low);
             const double most_v = v * (q.low.lengths[k] + q.low.lengths[i]),
@@ -187,53 +189,58 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         const auto each_group = [&](auto work) RETIME_LAMBDA_INLINE {
             for (size_t j = first; j < last; ++j) {
                 exact.begin_frame(j);
-                for (size_t a = 1; a <= s && a <= j; ++a)
-                    for (size_t b = 1; b <= s && j + b < p.n_input; b += kGroup)
-                        work(j, a, b, std::min({kGroup, s - b + 1, p.n_input - j - b}),
-                             ((j - first + 1) * s + a - 1) * n_groups + (b - 1) / kGroup);
+                const auto in_place = [&](size_t a, size_t b, size_t n_group, size_t place) RETIME_LAMBDA_INLINE {
+                    work(j, a, b, n_group, (j - first + 1) * frame_groups + place);
+                };
+                steps.each_group(j, p.n_input, in_place);
             }
         };
-        centre_products.multiply<Level>(q.low, q.centres, p, depth, first, last, 0, q.centres.n_panels, 0);
+        centre_products.multiply<Level>(q.low, q.centres, p, depth, first, last, 0, q.centres.n_panels, 0, true);
         // Blocks that are the nearest of some triple come first, then those that come close to that: so limits come
         // down early.
         std::fill(behind.begin(), behind.end(), static_cast<float>(kFar));
-        for (size_t j = first; j < last; ++j)
-            for (size_t a = 1; a <= s && a <= j; a += 2)
-                for (size_t b = 1; b <= s && j + b < p.n_input; b += 2) {
-                    const Rows rows = centre_products.rows(j, a, b, 1, 0);
-                    const float* __restrict here = rows.here;
-                    const float* __restrict before = rows.before;
-                    const float* __restrict after = rows.after[0];
-                    alignas(64) float some[16];
-                    std::fill_n(some, 16, static_cast<float>(kFar));
-                    float* __restrict gap = values.data();
-                    for (size_t at = 0; at < values.size(); at += 16)
-                        for (size_t l = 0; l < 16; ++l) {
-                            const float value = (here[at + l] - before[at + l]) - after[at + l];
-                            gap[at + l] = value;
-                            some[l] = value < some[l] ? value : some[l];
-                        }
-                    const float least = *std::min_element(some, some + 16);
-                    float* __restrict nearest_gap = behind.data();
-                    for (size_t at = 0; at < values.size(); ++at) {
-                        const float more = gap[at] - least;
-                        nearest_gap[at] = more < nearest_gap[at] ? more : nearest_gap[at];
-                    }
+        const auto look = [&](const Rows& rows) RETIME_LAMBDA_INLINE {
+            const float* __restrict here = rows.here;
+            const float* __restrict before = rows.before;
+            const float* __restrict after = rows.after[0];
+            alignas(64) float some[16];
+            std::fill_n(some, 16, static_cast<float>(kFar));
+            float* __restrict gap = values.data();
+            for (size_t at = 0; at < values.size(); at += 16)
+                for (size_t l = 0; l < 16; ++l) {
+                    const float value = (here[at + l] - before[at + l]) - after[at + l];
+                    gap[at + l] = value;
+                    some[l] = value < some[l] ? value : some[l];
                 }
+            const float least = *std::min_element(some, some + 16);
+            float* __restrict nearest_gap = behind.data();
+            for (size_t at = 0; at < values.size(); ++at) {
+                const float more = gap[at] - least;
+                nearest_gap[at] = more < nearest_gap[at] ? more : nearest_gap[at];
+            }
+        };
+        // Every other step tells enough.
+        for (size_t j = first; j < last; ++j) {
+            const int64_t n_in = steps.up_to(static_cast<int64_t>(j));
+            const int64_t n_out = steps.up_to(static_cast<int64_t>(p.n_input - 1 - j));
+            for (int64_t a = 0; a < n_in; a += 2)
+                for (int64_t b = steps.first[a]; b < std::min(steps.end[a], n_out); b += 2)
+                    look(centre_products.rows(steps, j, static_cast<size_t>(a), static_cast<size_t>(b), 1, 0));
+        }
         std::iota(order.begin(), order.end(), uint32_t{0});
         std::sort(order.begin(), order.end(), [&](uint32_t one, uint32_t other) {
             return behind[one] < behind[other] || (behind[one] == behind[other] && one < other);
         });
-        of_centres.first = centre_products.first, of_centres.before_first = centre_products.before_first,
-        of_centres.after_first = centre_products.after_first;
-        const auto arrange = [&](const Blank<float>& from, Blank<float>& to, size_t n_rows) {
-            for (size_t row = 0; row < n_rows; ++row)
-                for (size_t place = 0; place < n_panels; ++place)
-                    to[row * of_centres.stride + place] = from[row * of_centres.stride + order[place]];
+        const auto arrange = [&](const FrameProducts& from, FrameProducts& to) {
+            to.begin = from.begin, to.end = from.end, to.place = from.place;
+            for (size_t frame = from.begin; frame < from.end; ++frame) {
+                float* row = to.numbers.data() + to.row(frame) * to.stride;
+                for (size_t place = 0; place < n_panels; ++place) row[place] = from.of(frame)[order[place]];
+            }
         };
-        arrange(centre_products.here, of_centres.here, last - first);
-        arrange(centre_products.before, of_centres.before, last - of_centres.before_first);
-        arrange(centre_products.after, of_centres.after, std::min(last + s, p.n_input) - of_centres.after_first);
+        arrange(centre_products.here, of_centres.here);
+        arrange(centre_products.before, of_centres.before);
+        arrange(centre_products.after, of_centres.after);
         for (size_t place = 0; place < n_panels; ++place) radii[place] = q.balls.radii[order[place]];
 
         for (size_t panel = 0; panel < n_panels; panel += kChunk) {
@@ -243,7 +250,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
             uint32_t needed = fresh ? all : 0;
             const auto near = [&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
                 uint32_t found[kGroup], any = 0;
-                near_blocks<Level>(of_centres.rows(j, a, b, n_group, panel), radii.data() + panel,
+                near_blocks<Level>(of_centres.rows(steps, j, a, b, n_group, panel), radii.data() + panel,
                                    reach.data() + group * kGroup, limits.data() + group * kGroup, found);
                 for (size_t g = 0; g < n_group; ++g) any |= found[g];
                 masks[group] = static_cast<uint16_t>(any & all);
@@ -260,11 +267,12 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
                 while (block + n_some < n_blocks && needed >> (block + n_some) & 1 &&
                        order[panel + block + n_some] == from + n_some)
                     ++n_some;
-                if (n_some) tile.multiply<Level>(q.low, q.columns, p, depth, first, last, from, n_some, block * kPanel);
+                if (n_some)
+                    tile.multiply<Level>(q.low, q.columns, p, depth, first, last, from, n_some, block * kPanel, false);
                 block += std::max<size_t>(n_some, 1);
             }
             each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
-                const Rows rows = tile.rows(j, a, b, n_group, 0);
+                const Rows rows = tile.rows(steps, j, a, b, n_group, 0);
                 if (fresh) {
                     begin_group(j, a, b, n_group, group, rows);
                     near(j, a, b, n_group, group);
@@ -322,7 +330,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         }
         each_group([&](size_t j, size_t a, size_t b, size_t n_group, size_t group) RETIME_LAMBDA_INLINE {
             write_least(squares.data() + group * count * kGroup, count, n_group, each,
-                        out + ((j * s + a - 1) * s + b - 1) * (each ? count : 1));
+                        out + (j * steps.n_pairs + static_cast<size_t>(steps.row[a]) + b) * (each ? count : 1));
         });
     }
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "simd.hpp"
+#include "steps.hpp"
 
 namespace retime {
 
@@ -18,12 +19,13 @@ struct Anchor {
     int64_t frame;
 };
 
-// What a path search is asked for. scores: (n_input, max_skip, max_skip), inf forbids. The first anchor is (0, 0), the
+// What a path search is asked for. scores: (n_input, n_pairs), inf forbids. The first anchor is (0, 0), the
 // last one stands at frame n_input - 1 in a position from its own to `last_position_max` (the same where the length is
-// fixed). start_cost and end_cost: (max_skip) each, added for the first and the last step; inf forbids.
+// fixed). start_cost and end_cost: one number a step, added for the first and the last step; inf forbids.
 struct PathProblem {
     const double* scores;
-    size_t n_input, max_skip;
+    size_t n_input;
+    const Steps& steps;
     const std::vector<Anchor>& anchors;
     int64_t last_position_max;
     const double* start_cost;

@@ -3,11 +3,12 @@
 //   c_1(0, j)     = 0
 //   c_p+1(j, k)   = min over a of  c_p(j - a, j) + f(j - a, j, k)
 //
-// A vertex (j, k) is kept as (j, b) with b = k - j. Invariant: after layer p, cost(j, b) is the least total of any path
-// that stands at frame j in position p - 1, goes on by a step b, and has met every anchor so far; inf where there is
-// none. Ties go to the smaller step a, read back from the end. Only frames from which the next anchor can still be met
-// are kept (the band). The steps that won are one byte each; where all of them would not fit in memory, costs are kept
-// every so many layers and the layers between two such checkpoints are swept again on the way back.
+// A vertex (j, k) is kept as (j, b), where b is the step from j to k. Invariant: after layer p, cost(j, b) is the least
+// total of any path that stands at frame j in position p - 1, goes on by a step b, and has met every anchor so far; inf
+// where there is none. Ties go to the smaller step a, read back from the end. Only frames from which the next anchor
+// can still be met are kept (the band). The steps that won are one byte each; where all of them would not fit in
+// memory, costs are kept every so many layers and the layers between two such checkpoints are swept again on the way
+// back.
 
 #include "layered_path.hpp"
 
@@ -26,34 +27,45 @@ struct Band {
 };
 
 // The costs that leave the frames of `here`, from those that left the frames of `before`, one position earlier.
-template <typename Level>
-RETIME_INLINE void advance_body(const double* scores, int64_t s, const Band& before, const Band& here,
-                                const double* cost, double* next, uint8_t* won) {
+template <typename Level, bool kEvery>
+RETIME_INLINE void advance_frames(const PathProblem& p, const Band& before, const Band& here, const double* cost,
+                                  double* next, uint8_t* won) {
+    const Steps& steps = p.steps;
+    const int64_t n = static_cast<int64_t>(steps.n);
     for (int64_t j = here.low; j <= here.high; ++j) {
-        const int64_t row = (j - here.low) * s;
-        extend<Level>(s, cost + (j - before.low) * s, scores + j * s * s, std::max<int64_t>(1, j - before.high),
-                      std::min(s, j - before.low), 0.0, next + row, won + row);
+        const int64_t row = (j - here.low) * n, nearest = steps.up_to<kEvery>(j - before.high - 1);
+        extend<Level, kEvery>(p, j, cost + (j - before.low) * n, nearest, steps.up_to<kEvery>(j - before.low), 0.0,
+                              next + row, won + row);
     }
 }
 
+template <typename Level>
+RETIME_INLINE void advance_body(const PathProblem& p, const Band& before, const Band& here, const double* cost,
+                                double* next, uint8_t* won) {
+    if (p.steps.every)
+        advance_frames<Level, true>(p, before, here, cost, next, won);
+    else
+        advance_frames<Level, false>(p, before, here, cost, next, won);
+}
+
 RETIME_VERSIONS(void, advance,
-                (const double* scores, int64_t s, const Band& before, const Band& here, const double* cost,
-                 double* next, uint8_t* won),
-                (scores, s, before, here, cost, next, won))
+                (const PathProblem& p, const Band& before, const Band& here, const double* cost, double* next,
+                 uint8_t* won),
+                (p, before, here, cost, next, won))
 
 class Layers {
   public:
-    explicit Layers(const PathProblem& problem)
-        : scores_(problem.scores), start_cost_(problem.start_cost), s_(static_cast<int64_t>(problem.max_skip)) {
+    explicit Layers(const PathProblem& problem) : problem_(problem) {
+        const int64_t shortest = problem.steps.shortest, longest = problem.steps.longest;
         const auto& anchors = problem.anchors;
         bands_.resize(problem.last_position_max + 1);
         for (size_t span = 0; span + 1 < anchors.size(); ++span) {
             const Anchor &from = anchors[span], &to = anchors[span + 1];
             const int64_t latest = span + 2 == anchors.size() ? problem.last_position_max : to.position;
             for (int64_t p = from.position; p <= latest; ++p)
-                bands_[p] = {
-                    std::max(from.frame + (p - from.position), to.frame - s_ * (latest - p)),
-                    std::min(from.frame + s_ * (p - from.position), to.frame - std::max<int64_t>(0, to.position - p))};
+                bands_[p] = {std::max(from.frame + shortest * (p - from.position), to.frame - longest * (latest - p)),
+                             std::min(from.frame + longest * (p - from.position),
+                                      to.frame - shortest * std::max<int64_t>(0, to.position - p))};
         }
         for (const Band& band : bands_) widest_ = std::max(widest_, band.size());
     }
@@ -62,18 +74,18 @@ class Layers {
     const Band& band(int64_t p) const { return bands_[p]; }
     size_t widest() const { return widest_; }
 
-    void start(std::vector<double>& cost) const { cost.assign(start_cost_, start_cost_ + s_); }
+    void start(std::vector<double>& cost) const {
+        cost.assign(problem_.start_cost, problem_.start_cost + problem_.steps.n);
+    }
 
     // From layer p to p + 1. won: the step a of the best path into each (j, b), of no meaning where there is none.
     void advance(int64_t p, const std::vector<double>& cost, std::vector<double>& next, uint8_t* won) const {
-        next.resize(bands_[p].size() * s_);
-        RETIME_CALL(advance, scores_, s_, bands_[p - 1], bands_[p], cost.data(), next.data(), won);
+        next.resize(bands_[p].size() * problem_.steps.n + kGroup);
+        RETIME_CALL(advance, problem_, bands_[p - 1], bands_[p], cost.data(), next.data(), won);
     }
 
   private:
-    const double* scores_;
-    const double* start_cost_;
-    int64_t s_;
+    const PathProblem& problem_;
     std::vector<Band> bands_;
     size_t widest_ = 0;
 };
@@ -82,10 +94,10 @@ class Layers {
 
 Path layered_path(const PathProblem& problem, size_t memory_limit) {
     const Layers layers(problem);
-    const int64_t first_end = problem.anchors.back().position, last = layers.last(),
-                  s = static_cast<int64_t>(problem.max_skip);
+    const Steps& steps = problem.steps;
+    const int64_t first_end = problem.anchors.back().position, last = layers.last(), n = static_cast<int64_t>(steps.n);
     const int64_t end_frame = problem.anchors.back().frame;
-    const size_t row = std::max<size_t>(1, layers.widest() * problem.max_skip);
+    const size_t row = std::max<size_t>(1, layers.widest() * steps.n);
     // All in one block where it fits; else blocks that balance the bytes of steps against the doubles of checkpoints.
     int64_t block = std::max<int64_t>(1, last - 1);
     if (static_cast<double>(row) * static_cast<double>(block) > static_cast<double>(memory_limit))
@@ -97,16 +109,15 @@ Path layered_path(const PathProblem& problem, size_t memory_limit) {
     int64_t p = 0, b = 0;
     std::vector<std::vector<double>> checkpoints;
     std::vector<double> cost, next;
-    std::vector<uint8_t> won(row * static_cast<size_t>(block) + (one_block ? 0 : row));
+    std::vector<uint8_t> won(row * static_cast<size_t>(block) + (one_block ? 0 : row) + kGroup);
     uint8_t* const unused = won.data() + row * static_cast<size_t>(block);
     layers.start(cost);
     for (int64_t q = 1;; ++q) {
         // A shorter path wins a tie, then the smaller last step.
         const Band &band = layers.band(q), &before = layers.band(q - 1);
         if (q >= first_end && end_frame >= band.low && end_frame <= band.high)
-            for (int64_t a = std::max<int64_t>(1, end_frame - before.high); a <= std::min(s, end_frame - before.low);
-                 ++a) {
-                const double total = cost[(end_frame - a - before.low) * s + a - 1] + problem.end_cost[a - 1];
+            for (int64_t a = steps.up_to(end_frame - before.high - 1); a < steps.up_to(end_frame - before.low); ++a) {
+                const double total = cost[(end_frame - steps.length[a] - before.low) * n + a] + problem.end_cost[a];
                 if (total < path.total) path.total = total, p = q, b = a;
             }
         if (q == last) break;
@@ -119,7 +130,7 @@ Path layered_path(const PathProblem& problem, size_t memory_limit) {
 
     path.frames.assign(p + 1, 0);
     path.frames[p] = end_frame;
-    path.frames[p - 1] = end_frame - b;
+    path.frames[p - 1] = end_frame - steps.length[b];
     int64_t k = end_frame;
     while (p > 1) {
         const int64_t part = (p - 2) / block, first = 1 + part * block;
@@ -131,10 +142,10 @@ Path layered_path(const PathProblem& problem, size_t memory_limit) {
             }
         }
         for (; p > first; --p) {
-            const int64_t j = k - b;
-            const uint8_t a = won[(p - 1 - first) * row + (j - layers.band(p - 1).low) * s + b - 1];
+            const int64_t j = k - steps.length[b];
+            const uint8_t a = won[(p - 1 - first) * row + (j - layers.band(p - 1).low) * n + b];
             k = j, b = a;
-            path.frames[p - 2] = k - b;
+            path.frames[p - 2] = k - steps.length[b];
         }
     }
     return path;

@@ -18,10 +18,17 @@ using Integers = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
 using Output = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
 using IntegerOutput = nb::ndarray<int64_t, nb::c_contig, nb::device::cpu>;
 
-retime::ScoreProblem problem(const Doubles& input, const Doubles& reference, size_t max_skip, double velocity,
-                             double acceleration, size_t n_neighbors) {
+// The steps in rising order, and for each the range of those that may follow it.
+retime::Steps steps_of(const Integers& steps) {
+    const int64_t* rows = steps.data();
+    const size_t n = steps.shape(1);
+    return {rows, rows + n, rows + 2 * n, n};
+}
+
+retime::ScoreProblem problem(const Doubles& input, const Doubles& reference, const retime::Steps& steps,
+                             double velocity, double acceleration, size_t n_neighbors) {
     return {input.data(), reference.data(), input.shape(0), reference.shape(0), input.shape(1),
-            max_skip,     n_neighbors,      velocity,       acceleration};
+            steps,        n_neighbors,      velocity,       acceleration};
 }
 
 std::vector<retime::Anchor> anchors_of(const Integers& positions, const Integers& frames) {
@@ -43,17 +50,19 @@ nb::object to_python(retime::Path&& path) {
 NB_MODULE(_kernels, m) {
     m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
 
-    m.def("joint_scores", [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration,
+    m.def("joint_scores", [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration,
                              size_t n_neighbors, double scale, int n_threads, bool each, Output out) {
-        const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
+        const auto pairs = steps_of(steps);
+        const auto p = problem(input, reference, pairs, velocity, acceleration, n_neighbors);
         nb::gil_scoped_release unlocked;
         retime::joint_scores(p, scale, n_threads, each, out.data());
     });
 
-    m.def("bounded_scores", [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration,
+    m.def("bounded_scores", [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration,
                                size_t n_neighbors, Doubles low_input, Doubles low_reference, double scale,
                                Integers order, Rows following, int n_threads, bool each, Output out) {
-        const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
+        const auto pairs = steps_of(steps);
+        const auto p = problem(input, reference, pairs, velocity, acceleration, n_neighbors);
         const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale,
                                      order.data(),     following.data()};
         nb::gil_scoped_release unlocked;
@@ -61,9 +70,10 @@ NB_MODULE(_kernels, m) {
     });
 
     m.def("conditional_scores",
-          [](Doubles input, Doubles reference, size_t max_skip, double velocity, double acceleration,
-             size_t n_neighbors, Integers nearest, int n_threads, Output out) {
-              const auto p = problem(input, reference, max_skip, velocity, acceleration, n_neighbors);
+          [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration, size_t n_neighbors,
+             Integers nearest, int n_threads, Output out) {
+              const auto pairs = steps_of(steps);
+              const auto p = problem(input, reference, pairs, velocity, acceleration, n_neighbors);
               nb::gil_scoped_release unlocked;
               retime::conditional_scores(p, nearest.data(), n_threads, out.data());
           });
@@ -77,10 +87,11 @@ NB_MODULE(_kernels, m) {
         retime::nearest_poses(p, n_threads, out.data());
     });
 
-    m.def("layered_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max,
-                             Doubles start_cost, Doubles end_cost, size_t memory_limit) {
+    m.def("layered_path", [](Doubles scores, Integers steps, Integers positions, Integers frames,
+                             int64_t last_position_max, Doubles start_cost, Doubles end_cost, size_t memory_limit) {
+        const auto pairs = steps_of(steps);
         const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(),     scores.shape(0),   scores.shape(1), anchors,
+        const retime::PathProblem problem{scores.data(),     scores.shape(0),   pairs,          anchors,
                                           last_position_max, start_cost.data(), end_cost.data()};
         retime::Path path;
         {
@@ -90,10 +101,11 @@ NB_MODULE(_kernels, m) {
         return to_python(std::move(path));
     });
 
-    m.def("priced_path", [](Doubles scores, Integers positions, Integers frames, int64_t last_position_max,
-                            Doubles start_cost, Doubles end_cost, size_t max_bytes) {
+    m.def("priced_path", [](Doubles scores, Integers steps, Integers positions, Integers frames,
+                            int64_t last_position_max, Doubles start_cost, Doubles end_cost, size_t max_bytes) {
+        const auto pairs = steps_of(steps);
         const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(),     scores.shape(0),   scores.shape(1), anchors,
+        const retime::PathProblem problem{scores.data(),     scores.shape(0),   pairs,          anchors,
                                           last_position_max, start_cost.data(), end_cost.data()};
         retime::PricedPath result;
         {
@@ -104,9 +116,11 @@ NB_MODULE(_kernels, m) {
                               result.passes, result.sweeps, result.sweep_seconds);
     });
 
-    m.def("free_path", [](Doubles scores, Integers positions, Integers frames, Doubles start_cost, Doubles end_cost) {
+    m.def("free_path", [](Doubles scores, Integers steps, Integers positions, Integers frames, Doubles start_cost,
+                          Doubles end_cost) {
+        const auto pairs = steps_of(steps);
         const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(),     scores.shape(0), scores.shape(1), anchors, 0,
+        const retime::PathProblem problem{scores.data(),     scores.shape(0), pairs, anchors, 0,
                                           start_cost.data(), end_cost.data()};
         retime::Path path;
         {

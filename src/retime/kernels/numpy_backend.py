@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath
+from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, StepPairs
 
 _LANES = 16
 # kCancelled in exact_distances.hpp.
@@ -149,11 +149,11 @@ def nearest_poses(inputs: FloatArray, poses: FloatArray, n_neighbors: int) -> In
     )[0]
 
 
-class _Steps:
+class _Triples:
     """Squared distances of triples to reference frames, as in `TripleDistances` (exact_distances.hpp)."""
 
     def __init__(
-        self, inputs: FloatArray, reference: FloatArray, max_skip: int, velocity: float, acceleration: float
+        self, inputs: FloatArray, reference: FloatArray, pairs: StepPairs, velocity: float, acceleration: float
     ) -> None:
         n_numbers = inputs.shape[1]
         self.inputs, self.velocity, self.acceleration = inputs, velocity, acceleration
@@ -163,17 +163,17 @@ class _Steps:
         self.minus = velocity * self.dz - acceleration * self.ddz
         self.zz = _dots(self.dz, self.dz) + _dots(self.ddz, self.ddz)
         # Steps of b frames belong to the frame that they leave; squared lengths of two steps together, too.
-        self.steps = [inputs[b:] - inputs[:-b] for b in range(1, min(max_skip, len(inputs) - 2) + 1)]
-        self.lengths = [
-            squared_distances(inputs[:-b], inputs[b:]) for b in range(1, min(2 * max_skip, len(inputs) - 1) + 1)
-        ]
+        single = {int(b) for b in pairs.steps}
+        both = {int(length) for length in pairs.steps[pairs.before] + pairs.steps[pairs.after]}
+        self.steps = {b: inputs[b:] - inputs[:-b] for b in single if b < len(inputs) - 1}
+        self.lengths = {b: squared_distances(inputs[:-b], inputs[b:]) for b in single | both if b < len(inputs)}
 
-    def triples(self, a: int, b: int) -> None:
+    def choose(self, a: int, b: int) -> None:
         """Take triples (i, i + a, i + a + b) next."""
         n_triples = len(self.inputs) - a - b
         self.a, self.b = a, b
-        self.f, self.e = self.steps[a - 1][:n_triples], self.steps[b - 1][a:]
-        both, twice = self.lengths[a + b - 1], 2 * (self.lengths[b - 1][a:] + self.lengths[a - 1][:n_triples])
+        self.f, self.e = self.steps[a][:n_triples], self.steps[b][a:]
+        both, twice = self.lengths[a + b], 2 * (self.lengths[b][a:] + self.lengths[a][:n_triples])
         vv, ww = self.velocity * self.velocity, self.acceleration * self.acceleration
         self.moved = vv * both + ww * (twice - both)
         self.size = (vv + ww) * twice
@@ -199,7 +199,7 @@ class _Steps:
 def joint_scores(
     inputs: FloatArray,
     reference: FloatArray,
-    max_skip: int,
+    steps: StepPairs,
     velocity: float,
     acceleration: float,
     n_neighbors: int,
@@ -208,57 +208,70 @@ def joint_scores(
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     n_input = len(inputs)
-    out = np.full((n_input, max_skip, max_skip, n_neighbors), np.inf)
-    steps = _Steps(inputs, reference, max_skip, velocity, acceleration)
+    out = np.full((n_input, steps.n_pairs, n_neighbors), np.inf)
+    triples = _Triples(inputs, reference, steps, velocity, acceleration)
 
     def measure(i: IntArray, row: IntArray) -> FloatArray:
-        poses = squared_distances(inputs[i + steps.a], steps.poses[row])
-        return np.sqrt(steps.squares(i, row, poses))
+        poses = squared_distances(inputs[i + triples.a], triples.poses[row])
+        return np.sqrt(triples.squares(i, row, poses))
 
-    for a in range(1, max_skip + 1):
-        for b in range(1, max_skip + 1):
-            if a + b >= n_input:
-                break
-            steps.triples(a, b)
-            queries = np.concatenate([inputs[a : n_input - b], *steps.movement(slice(0, n_input - a - b))], axis=1)
-            parts = _candidates(queries, reference, n_neighbors)
-            found = _nearest(len(queries), measure, parts, n_neighbors, reference.shape[1])
-            out[a : n_input - b, a - 1, b - 1] = found[1]
+    for pair, a, b in _pairs(steps, n_input):
+        triples.choose(a, b)
+        queries = np.concatenate([inputs[a : n_input - b], *triples.movement(slice(0, n_input - a - b))], axis=1)
+        parts = _candidates(queries, reference, n_neighbors)
+        out[a : n_input - b, pair] = _nearest(len(queries), measure, parts, n_neighbors, reference.shape[1])[1]
     return out if each else mean_in_order(out)
 
 
 def conditional_scores(
-    inputs: FloatArray, reference: FloatArray, nearest: IntArray, max_skip: int, velocity: float, acceleration: float
+    inputs: FloatArray,
+    reference: FloatArray,
+    nearest: IntArray,
+    steps: StepPairs,
+    velocity: float,
+    acceleration: float,
 ) -> FloatArray:
     """Score triples; see `retime.kernels.Backend`."""
     n_input = len(inputs)
-    out = np.full((n_input, max_skip, max_skip), np.inf)
-    steps = _Steps(inputs, reference, max_skip, velocity, acceleration)
-    for a in range(1, max_skip + 1):
-        for b in range(1, max_skip + 1):
-            if a + b >= n_input:
-                break
-            steps.triples(a, b)
-            i = np.arange(n_input - a - b)
-            distances = np.sqrt(np.stack([steps.squares(i, row[a : n_input - b], 0.0) for row in nearest.T], axis=1))
-            distances.sort(axis=1)
-            out[a : n_input - b, a - 1, b - 1] = mean_in_order(distances)
+    out = np.full((n_input, steps.n_pairs), np.inf)
+    triples = _Triples(inputs, reference, steps, velocity, acceleration)
+    for pair, a, b in _pairs(steps, n_input):
+        triples.choose(a, b)
+        i = np.arange(n_input - a - b)
+        distances = np.sqrt(np.stack([triples.squares(i, row[a : n_input - b], 0.0) for row in nearest.T], axis=1))
+        distances.sort(axis=1)
+        out[a : n_input - b, pair] = mean_in_order(distances)
     return out
+
+
+def _pairs(steps: StepPairs, n_input: int) -> Iterator[tuple[int, int, int]]:
+    """Yield the place of each pair, and its steps in frames; those that fit into so many frames."""
+    before, after = steps.steps[steps.before], steps.steps[steps.after]
+    for pair in np.flatnonzero(before + after < n_input).tolist():
+        yield pair, int(before[pair]), int(after[pair])
+
+
+def _every_pair(problem: PathProblem) -> FloatArray:
+    """Scores (n_input, n_steps, n_steps), infinite where a pair is not allowed."""
+    steps = problem.steps
+    scores = np.full((len(problem.scores), steps.n_steps, steps.n_steps), np.inf)
+    scores[:, steps.before, steps.after] = problem.scores
+    return scores
 
 
 def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
     """Find the best path; see `retime.kernels.Backend` and layered_path.cpp, whose recurrence this is."""
-    scores, last = problem.scores, problem.last_position_max
-    n_input, max_skip = scores.shape[:2]
+    scores, last, steps = _every_pair(problem), problem.last_position_max, problem.steps.steps
+    n_input, n_steps = scores.shape[:2]
     end_frame, first_end = n_input - 1, int(problem.positions[-1])
     anchors = dict(zip(problem.positions[:-1].tolist(), problem.frames[:-1].tolist(), strict=True))
     cost = _first_steps(problem)
     _keep(cost, anchors.get(1))
 
     block = max(1, last - 1)
-    if n_input * max_skip * block > memory_limit:
+    if n_input * n_steps * block > memory_limit:
         block = max(1, math.isqrt(8 * last))
-    won = np.zeros((block, n_input, max_skip), dtype=np.uint8)
+    won = np.zeros((block, n_input, n_steps), dtype=np.uint8)
     checkpoints: list[FloatArray] = []
     total, p, step = np.inf, 0, 0
     for q in range(1, last + 1):
@@ -267,18 +280,18 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
             ends = cost[end_frame] + problem.end_cost
             a = int(np.argmin(ends))
             if ends[a] < total:
-                total, p, step = float(ends[a]), q, a + 1
+                total, p, step = float(ends[a]), q, a
         if q == last:
             break
         if (q - 1) % block == 0:
             checkpoints.append(cost)
-        cost = _advance(scores, cost, won[(q - 1) % block])
+        cost = _advance(scores, steps, cost, won[(q - 1) % block])
         _keep(cost, anchors.get(q + 1))
     if not total < np.inf:
         return None
 
     path = np.empty(p + 1, dtype=np.int64)
-    path[p], path[p - 1] = end_frame, end_frame - step
+    path[p], path[p - 1] = end_frame, end_frame - steps[step]
     k = end_frame
     while p > 1:
         part = (p - 2) // block
@@ -286,47 +299,48 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
         if len(checkpoints) > 1:
             cost = checkpoints[part]
             for q in range(start, p):
-                cost = _advance(scores, cost, won[q - start])
+                cost = _advance(scores, steps, cost, won[q - start])
                 _keep(cost, anchors.get(q + 1))
         for q in range(p, start, -1):
-            j = k - step
-            step, k = int(won[q - 1 - start, j, step - 1]), j
-            path[q - 2] = k - step
+            j = k - int(steps[step])
+            step, k = int(won[q - 1 - start, j, step]), j
+            path[q - 2] = k - steps[step]
         p = start
     return path, total
 
 
 def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
     """Find the best path of any length; see `retime.kernels.Backend`."""
-    scores = problem.scores
-    n_input, max_skip = scores.shape[:2]
-    reach = np.full(n_input, max_skip)
+    scores, steps = _every_pair(problem), problem.steps.steps
+    n_input, n_steps = scores.shape[:2]
+    # No step goes past a frame that must be met.
+    reach = np.full(n_input, problem.steps.longest)
     for frame in problem.frames[1:].tolist():
-        near = np.arange(max(0, frame - max_skip), frame)
+        near = np.arange(max(0, frame - problem.steps.longest), frame)
         reach[near] = np.minimum(reach[near], frame - near)
     cost = _first_steps(problem)
-    for b in range(int(reach[0]) + 1, max_skip + 1):
-        cost[b : b + 1, b - 1] = np.inf
-    won = np.zeros((n_input, max_skip), dtype=np.uint8)
+    far = np.flatnonzero((steps > reach[0]) & (steps < n_input))
+    cost[steps[far], far] = np.inf
+    won = np.zeros((n_input, n_steps), dtype=np.uint8)
     # Steps behind: of equal costs the fewer win, then the smaller one before.
-    behind = np.ones((n_input, max_skip), dtype=np.int64)
+    behind = np.ones((n_input, n_steps), dtype=np.int64)
     for j in range(1, n_input - 1):
         totals = cost[j][:, None] + scores[j]
         tied = totals == totals.min(axis=0)
         best = np.argmin(np.where(tied, behind[j][:, None], n_input), axis=0)
-        won[j] = best + 1
-        steps = np.arange(min(int(reach[j]), n_input - 1 - j))
-        cost[j + 1 + steps, steps] = totals[best[steps], steps]
-        behind[j + 1 + steps, steps] = behind[j][best[steps]] + 1
+        won[j] = best
+        near = np.flatnonzero(steps <= min(int(reach[j]), n_input - 1 - j))
+        cost[j + steps[near], near] = totals[best[near], near]
+        behind[j + steps[near], near] = behind[j][best[near]] + 1
     ends = cost[-1] + problem.end_cost
-    step = int(np.argmin(np.where(ends == ends.min(), behind[-1], n_input))) + 1
-    total = float(ends[step - 1])
+    step = int(np.argmin(np.where(ends == ends.min(), behind[-1], n_input)))
+    total = float(ends[step])
     if not total < np.inf:
         return None
-    path = [n_input - 1, n_input - 1 - step]
+    path = [n_input - 1, n_input - 1 - int(steps[step])]
     while path[-1] > 0:
-        step = int(won[path[-1], step - 1])
-        path.append(path[-1] - step)
+        step = int(won[path[-1], step])
+        path.append(path[-1] - int(steps[step]))
     return np.array(path[::-1], dtype=np.int64), total
 
 
@@ -336,11 +350,11 @@ def priced_path(problem: PathProblem, max_bytes: int) -> PricedPath | None:
 
 
 def _first_steps(problem: PathProblem) -> FloatArray:
-    """Costs (n_input, max_skip) after the first step."""
-    n_input, max_skip = problem.scores.shape[:2]
-    cost = np.full((n_input, max_skip), np.inf)
-    steps = np.arange(min(max_skip, n_input - 1))
-    cost[steps + 1, steps] = problem.start_cost[steps]
+    """Costs (n_input, n_steps) after the first step."""
+    n_input, steps = len(problem.scores), problem.steps.steps
+    cost = np.full((n_input, len(steps)), np.inf)
+    near = np.flatnonzero(steps < n_input)
+    cost[steps[near], near] = problem.start_cost[near]
     return cost
 
 
@@ -351,13 +365,14 @@ def _keep(cost: FloatArray, frame: int | None) -> None:
         cost[frame + 1 :] = np.inf
 
 
-def _advance(scores: FloatArray, cost: FloatArray, won: np.ndarray) -> FloatArray:
-    """One layer of Eq. 4; `won` gets the winning step before each (j, b)."""
+def _advance(scores: FloatArray, steps: IntArray, cost: FloatArray, won: np.ndarray) -> FloatArray:
+    """One layer of Eq. 4; `won` gets the place of the winning step before each (j, b)."""
     totals = cost[:, :, None] + scores
     best = np.argmin(totals, axis=1)
-    won[...] = best + 1
+    won[...] = best
     least = np.take_along_axis(totals, best[:, None, :], axis=1)[:, 0]
     following = np.full_like(cost, np.inf)
-    for b in range(1, min(cost.shape[1], len(cost) - 1) + 1):
-        following[b:, b - 1] = least[: len(least) - b, b - 1]
+    for place, b in enumerate(steps.tolist()):
+        if b < len(cost):
+            following[b:, place] = least[: len(least) - b, place]
     return following

@@ -35,7 +35,7 @@ constexpr int64_t kAhead = 24;
 constexpr int64_t kLine = 64 / sizeof(double);
 
 struct Sweep {
-    std::vector<double> leaving;  // V(j, b) at j * s + b - 1
+    std::vector<double> leaving;  // V(j, b) at j * n + b
     std::vector<uint8_t> won;     // at the same place: the step before
     std::vector<int64_t> steps;   // of the best path, in each span
     std::vector<double> spent;    // its scores in each span
@@ -44,50 +44,62 @@ struct Sweep {
 
 // Walks back along the best path, which ends with a step `b`.
 void count_steps(const PathProblem& p, const std::vector<double>& price, int64_t b, Sweep& out) {
-    const int64_t s = static_cast<int64_t>(p.max_skip);
+    const int64_t n = static_cast<int64_t>(p.steps.n);
     int64_t k = p.anchors.back().frame;
     double until = out.priced;
     for (size_t span = p.anchors.size() - 1; span-- > 0;) {
         const int64_t from = p.anchors[span].frame;
         int64_t steps = 0;
         while (true) {
-            k -= b, ++steps;
+            k -= p.steps.length[b], ++steps;
             if (k <= 0) break;
-            b = out.won[k * s + b - 1];
+            b = out.won[k * n + b];
             if (k == from) break;
         }
-        const double before = k <= 0 ? 0.0 : out.leaving[(k - b) * s + b - 1];
+        const double before = k <= 0 ? 0.0 : out.leaving[(k - p.steps.length[b]) * n + b];
         out.steps[span] = steps;
         out.spent[span] = until - before - price[span] * static_cast<double>(steps);
         until = before;
     }
 }
 
-template <typename Level>
-RETIME_INLINE void sweep_body(const PathProblem& p, const std::vector<double>& price, Sweep& out) {
-    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
+// V of every frame, one span after another.
+template <typename Level, bool kEvery>
+RETIME_INLINE void sweep_frames(const PathProblem& p, const std::vector<double>& price, Sweep& out) {
+    const int64_t n = static_cast<int64_t>(p.steps.n), n_pairs = static_cast<int64_t>(p.steps.n_pairs);
+    const int64_t n_input = static_cast<int64_t>(p.n_input);
     const size_t count = p.anchors.size() - 1;
-    out.leaving.resize(static_cast<size_t>(n * s));
-    out.won.resize(static_cast<size_t>(n * s));
-    out.steps.assign(count, 0);
-    out.spent.assign(count, 0.0);
-    for (int64_t b = 1; b <= s; ++b) out.leaving[b - 1] = p.start_cost[b - 1] + price[0];
     for (size_t span = 0; span < count; ++span) {
-        const int64_t from = p.anchors[span].frame, to = std::min(p.anchors[span + 1].frame, n - 2);
+        const int64_t from = p.anchors[span].frame, to = std::min(p.anchors[span + 1].frame, n_input - 2);
         for (int64_t j = from + 1; j <= to; ++j) {
-            const double* f = p.scores + j * s * s;
-            const double* ahead = p.scores + std::min(j + kAhead, n - 1) * s * s;
-            for (int64_t line = 0; line < s * s; line += kLine) prefetch(ahead + line);
+            const double* ahead = p.scores + std::min(j + kAhead, n_input - 1) * n_pairs;
+            for (int64_t line = 0; line < n_pairs; line += kLine) prefetch(ahead + line);
             // The step that leaves an anchor belongs to the next span.
             const double charge = price[j == p.anchors[span + 1].frame ? span + 1 : span];
-            extend<Level>(s, out.leaving.data() + j * s, f, 1, std::min(s, j - from), charge,
-                          out.leaving.data() + j * s, out.won.data() + j * s);
+            double* leaving = out.leaving.data() + j * n;
+            extend<Level, kEvery>(p, j, leaving, 0, p.steps.up_to<kEvery>(j - from), charge, leaving,
+                                  out.won.data() + j * n);
         }
     }
+}
+
+template <typename Level>
+RETIME_INLINE void sweep_body(const PathProblem& p, const std::vector<double>& price, Sweep& out) {
+    const int64_t n = static_cast<int64_t>(p.steps.n), n_input = static_cast<int64_t>(p.n_input);
+    const size_t count = p.anchors.size() - 1;
+    out.leaving.resize(static_cast<size_t>(n_input * n) + kGroup);
+    out.won.resize(static_cast<size_t>(n_input * n) + kGroup);
+    out.steps.assign(count, 0);
+    out.spent.assign(count, 0.0);
+    for (int64_t b = 0; b < n; ++b) out.leaving[b] = p.start_cost[b] + price[0];
+    if (p.steps.every)
+        sweep_frames<Level, true>(p, price, out);
+    else
+        sweep_frames<Level, false>(p, price, out);
     out.priced = kInf;
     int64_t last = 0;
-    for (int64_t a = 1; a <= std::min(s, n - 1 - p.anchors[count - 1].frame); ++a) {
-        const double total = out.leaving[(n - 1 - a) * s + a - 1] + p.end_cost[a - 1];
+    for (int64_t a = 0; a < p.steps.up_to(n_input - 1 - p.anchors[count - 1].frame); ++a) {
+        const double total = out.leaving[(n_input - 1 - p.steps.length[a]) * n + a] + p.end_cost[a];
         if (total < out.priced) out.priced = total, last = a;
     }
     if (out.priced < kInf) count_steps(p, price, last, out);
@@ -182,9 +194,9 @@ class Bracket {
 // waits for memory.
 void guess_price(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_steps, Bracket& out) {
     constexpr int64_t kPieces = 12, kLongest = 256;
-    const int64_t s = static_cast<int64_t>(p.max_skip),
-                  length = std::min({kLongest, to - from, std::max(4 * s, (to - from) / (6 * kPieces))});
-    const std::vector<double> nothing(p.max_skip, 0.0);
+    const int64_t n_pairs = static_cast<int64_t>(p.steps.n_pairs),
+                  length = std::min({kLongest, to - from, std::max(4 * p.steps.longest, (to - from) / (6 * kPieces))});
+    const std::vector<double> nothing(p.steps.n, 0.0);
     const std::vector<Anchor> ends{{0, 0}, {length, length}};
     const double share = static_cast<double>(wanted_steps) / static_cast<double>(to - from);
     Sweep sweep;
@@ -194,9 +206,9 @@ void guess_price(const PathProblem& p, int64_t from, int64_t to, int64_t wanted_
         steps = frames = 0, spent = 0.0;
         for (int64_t piece = 0; piece < kPieces; ++piece) {
             const int64_t first = from + (to - from - length) * (2 * piece + 1) / (2 * kPieces);
-            const PathProblem part{p.scores + first * s * s,
+            const PathProblem part{p.scores + first * n_pairs,
                                    static_cast<size_t>(length + 1),
-                                   p.max_skip,
+                                   p.steps,
                                    ends,
                                    length,
                                    nothing.data(),
@@ -251,19 +263,21 @@ struct Corridor {
 
 void find_corridor(const PathProblem& p, const std::vector<double>& price, const Sweep& sweep, double ceiling,
                    size_t max_bytes, Corridor& out) {
-    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
+    const Steps& steps = p.steps;
+    const int64_t n = static_cast<int64_t>(steps.n), n_pairs = static_cast<int64_t>(steps.n_pairs);
+    const int64_t n_input = static_cast<int64_t>(p.n_input), longest = steps.longest;
     out.vertices.clear(), out.edges.clear(), out.order.clear();
     out.complete = true, out.overflow = false;
     // At (frame, step into it): the vertex there, plus one.
-    std::vector<int64_t> met(static_cast<size_t>((s + 1) * s), 0);
-    int64_t row = (n - 1) % (s + 1);  // of the frame that is visited, in `met`
+    std::vector<int64_t> met(static_cast<size_t>((longest + 1) * n), 0);
+    int64_t row = (n_input - 1) % (longest + 1);  // of the frame that is visited, in `met`
     const auto touch = [&](int64_t frame, int64_t back, int64_t step, double go) {
-        const double cost = sweep.leaving[(frame - step) * s + step - 1] + go;
+        const double cost = sweep.leaving[(frame - steps.length[step]) * n + step] + go;
         if (!(cost <= ceiling)) {
             out.complete = out.complete && !(cost < kInf);
             return int64_t{-1};
         }
-        const int64_t slot = (row - back + (row < back ? s + 1 : 0)) * s + step - 1;
+        const int64_t slot = (row - back + (row < back ? longest + 1 : 0)) * n + step;
         int64_t& place = met[slot];
         if (!place) {
             out.vertices.push_back(
@@ -275,29 +289,31 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
         return place - 1;
     };
     size_t span = p.anchors.size() - 2;
-    for (int64_t a = 1; a <= std::min(s, n - 1 - p.anchors[span].frame); ++a) touch(n - 1, 0, a, p.end_cost[a - 1]);
-    for (int64_t k = n - 1; k >= 1; --k, row = row ? row - 1 : s) {
+    for (int64_t a = 0; a < steps.up_to(n_input - 1 - p.anchors[span].frame); ++a)
+        touch(n_input - 1, 0, a, p.end_cost[a]);
+    for (int64_t k = n_input - 1; k >= 1; --k, row = row ? row - 1 : longest) {
         while (k <= p.anchors[span].frame) --span;
-        const double* soon = p.scores + std::max<int64_t>(k - kAhead, 0) * s * s;
-        if (s <= 16)
-            for (int64_t line = 0; line < s * s; line += kLine) prefetch(soon + line);
-        int64_t* here = met.data() + row * s;
-        for (int64_t b = 1; b <= s; ++b) {
-            if (!here[b - 1]) continue;
-            const int64_t id = here[b - 1] - 1;
-            here[b - 1] = 0;
+        const double* soon = p.scores + std::max<int64_t>(k - kAhead, 0) * n_pairs;
+        if (n_pairs <= 256)
+            for (int64_t line = 0; line < n_pairs; line += kLine) prefetch(soon + line);
+        int64_t* here = met.data() + row * n;
+        for (int64_t b = 0; b < n; ++b) {
+            if (!here[b]) continue;
+            const int64_t id = here[b] - 1;
+            here[b] = 0;
             out.order.push_back(id);
-            const int64_t j = k - b;
+            const int64_t j = k - steps.length[b];
             if (j == 0) continue;
             const double ahead = out.vertices[id].go + price[span];
             const int64_t behind = j == p.anchors[span].frame ? p.anchors[span - 1].frame : p.anchors[span].frame;
-            const double* f = p.scores + j * s * s + b - 1;
+            const double* f = p.scores + j * n_pairs + b;
             out.vertices[id].first_edge = static_cast<int64_t>(out.edges.size());
             uint16_t n_edges = 0;
-            for (int64_t a = 1; a <= std::min(s, j - behind); ++a) {
-                const int64_t from = touch(j, b, a, f[(a - 1) * s] + ahead);
+            const int64_t end = std::min(steps.before_end[b], steps.up_to(j - behind));
+            for (int64_t a = steps.before_first[b]; a < end; ++a) {
+                const int64_t from = touch(j, steps.length[b], a, f[steps.row[a]] + ahead);
                 if (from < 0) continue;
-                out.edges.push_back({from, f[(a - 1) * s]});
+                out.edges.push_back({from, f[steps.row[a]]});
                 ++n_edges;
             }
             out.vertices[id].n_edges = n_edges;
@@ -317,9 +333,9 @@ struct Reachable {
 Reachable reachable(const PathProblem& p, size_t span, int64_t k) {
     const Anchor &from = p.anchors[span], &to = p.anchors[span + 1];
     const int64_t to_max = span + 2 == p.anchors.size() ? p.last_position_max : to.position;
-    const int64_t s = static_cast<int64_t>(p.max_skip), behind = k - from.frame, ahead = to.frame - k;
-    return {std::max(from.position + (behind + s - 1) / s, to.position - ahead),
-            std::min(from.position + behind, to_max - (ahead + s - 1) / s)};
+    const int64_t shortest = p.steps.shortest, longest = p.steps.longest, behind = k - from.frame, ahead = to.frame - k;
+    return {std::max(from.position + (behind + longest - 1) / longest, to.position - ahead / shortest),
+            std::min(from.position + behind / shortest, to_max - (ahead + longest - 1) / longest)};
 }
 
 struct Pass {
@@ -331,7 +347,7 @@ struct Pass {
 template <typename Level>
 RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<double>& price, Corridor& corridor,
                                      double ceiling, size_t max_bytes) {
-    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
+    const int64_t n = static_cast<int64_t>(p.n_input);
     const size_t count = p.anchors.size() - 1;
     Pass pass;
     pass.complete = corridor.complete;
@@ -341,7 +357,7 @@ RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<dou
             paid[span] + price[span] * static_cast<double>(p.anchors[span + 1].position - p.anchors[span].position);
 
     // Costs of the labels at (frame, step), one a position.
-    std::vector<std::vector<double>> costs(static_cast<size_t>((s + 1) * s));
+    std::vector<std::vector<double>> costs((static_cast<size_t>(p.steps.longest) + 1) * p.steps.n);
     std::vector<uint8_t> trace;
     size_t span = 0;
     Reachable ok{0, -1};
@@ -358,11 +374,11 @@ RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<dou
         }
         std::vector<double>& cost = costs[vertex.slot];
         vertex.low = 0, vertex.high = -1, vertex.first = 0;
-        if (frame == vertex.step) {
+        if (frame == p.steps.length[vertex.step]) {
             // The first step.
             if (ok.low > 1 || ok.high < 1) continue;
             vertex.low = vertex.high = 1;
-            cost.assign(1, p.start_cost[vertex.step - 1]);
+            cost.assign(1, p.start_cost[vertex.step]);
         } else {
             const Corridor::Edge* edges = corridor.edges.data() + vertex.first_edge;
             int64_t low = std::numeric_limits<int64_t>::max(), high = -1;
@@ -424,7 +440,7 @@ RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<dou
         if (frame < n - 1) continue;
         // The cheapest label, then the shorter path, then the smaller last step.
         for (int64_t q = vertex.low; q <= vertex.high; ++q) {
-            const double whole = cost[q - vertex.low + vertex.first] + p.end_cost[vertex.step - 1];
+            const double whole = cost[q - vertex.low + vertex.first] + p.end_cost[vertex.step];
             const bool tied = whole == total && end >= 0;
             if (whole < total ||
                 (tied && (q < position || (q == position && vertex.step < corridor.vertices[end].step))))
@@ -451,7 +467,7 @@ RETIME_VERSIONS(Pass, carry_labels,
                 (p, price, corridor, ceiling, max_bytes))
 
 // The sum of the sizes of all terms in a sweep's best path: rounding is a share of it.
-double sum_of_sizes(const PathProblem& p, const std::vector<double>& price, const Sweep& sweep) {
+double sum_of_sizes(const std::vector<double>& price, const Sweep& sweep) {
     double size = std::abs(sweep.priced);
     for (size_t span = 0; span < price.size(); ++span)
         size += std::abs(sweep.spent[span]) + std::abs(price[span]) * static_cast<double>(sweep.steps[span]);
@@ -525,7 +541,7 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
     result.lower_bound = bound;
 
     // Rounding in sums of so many terms; also keeps every path that ties with the best.
-    const double size = sum_of_sizes(p, best_price, best) + std::abs(owed);
+    const double size = sum_of_sizes(best_price, best) + std::abs(owed);
     const double slack = 1e-15 * static_cast<double>(p.n_input + 64) * size + 1e-290;
     // What the count costs beyond the bound is a share of one frame's score, and smaller the more frames there are to
     // choose from. Each span adds its own.
@@ -558,38 +574,40 @@ PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
 }
 
 Path free_path(const PathProblem& p) {
-    const int64_t s = static_cast<int64_t>(p.max_skip), n = static_cast<int64_t>(p.n_input);
-    std::vector<double> leaving(static_cast<size_t>(n * s));
-    std::vector<int32_t> steps(static_cast<size_t>(n * s), 1);
-    std::vector<uint8_t> won(static_cast<size_t>(n * s));
-    std::copy(p.start_cost, p.start_cost + s, leaving.begin());
+    const Steps& q = p.steps;
+    const int64_t n = static_cast<int64_t>(q.n), n_pairs = static_cast<int64_t>(q.n_pairs);
+    const int64_t n_input = static_cast<int64_t>(p.n_input);
+    std::vector<double> leaving(static_cast<size_t>(n_input * n));
+    std::vector<int32_t> steps(static_cast<size_t>(n_input * n), 1);
+    std::vector<uint8_t> won(static_cast<size_t>(n_input * n));
+    std::copy(p.start_cost, p.start_cost + n, leaving.begin());
     Path path;
     path.total = kInf;
-    int64_t k = n - 1, b = 0;
+    int64_t k = n_input - 1, b = 0;
     int32_t n_steps = 0;
     size_t span = 0;
-    for (int64_t j = 1; j < n; ++j) {
+    for (int64_t j = 1; j < n_input; ++j) {
         while (j > p.anchors[span + 1].frame) ++span;
-        const int64_t farthest = std::min(s, j - p.anchors[span].frame);
-        if (j == n - 1) {
-            for (int64_t a = 1; a <= farthest; ++a) {
-                const double total = leaving[(j - a) * s + a - 1] + p.end_cost[a - 1];
-                const int32_t taken = steps[(j - a) * s + a - 1];
+        const int64_t farthest = q.up_to(j - p.anchors[span].frame);
+        if (j == n_input - 1) {
+            for (int64_t a = 0; a < farthest; ++a) {
+                const double total = leaving[(j - q.length[a]) * n + a] + p.end_cost[a];
+                const int32_t taken = steps[(j - q.length[a]) * n + a];
                 if (total < path.total || (total == path.total && taken < n_steps))
                     path.total = total, n_steps = taken, b = a;
             }
             break;
         }
         // Of equal costs the fewer steps, then the smaller one before.
-        double* best = leaving.data() + j * s;
-        int32_t* fewest = steps.data() + j * s;
-        uint8_t* from = won.data() + j * s;
-        std::fill(best, best + s, kInf);
-        for (int64_t a = 1; a <= farthest; ++a) {
-            const double cost = leaving[(j - a) * s + a - 1];
-            const int32_t taken = steps[(j - a) * s + a - 1] + 1;
-            const double* f = p.scores + (j * s + a - 1) * s;
-            for (int64_t c = 0; c < s; ++c) {
+        double* best = leaving.data() + j * n;
+        int32_t* fewest = steps.data() + j * n;
+        uint8_t* from = won.data() + j * n;
+        std::fill(best, best + n, kInf);
+        for (int64_t a = 0; a < farthest; ++a) {
+            const double cost = leaving[(j - q.length[a]) * n + a];
+            const int32_t taken = steps[(j - q.length[a]) * n + a] + 1;
+            const double* f = p.scores + j * n_pairs + q.row[a];
+            for (int64_t c = q.first[a]; c < q.end[a]; ++c) {
                 const double total = cost + f[c];
                 if (total < best[c] || (total == best[c] && total < kInf && taken < fewest[c]))
                     best[c] = total, fewest[c] = taken, from[c] = static_cast<uint8_t>(a);
@@ -599,10 +617,10 @@ Path free_path(const PathProblem& p) {
     path.found = path.total < kInf;
     if (!path.found) return path;
     path.frames.assign(static_cast<size_t>(n_steps + 1), 0);
-    for (int64_t q = n_steps; q > 0; --q) {
-        path.frames[q] = k;
-        k -= b;
-        if (k > 0) b = won[k * s + b - 1];
+    for (int64_t taken = n_steps; taken > 0; --taken) {
+        path.frames[taken] = k;
+        k -= q.length[b];
+        if (k > 0) b = won[k * n + b];
     }
     return path;
 }

@@ -9,13 +9,14 @@ struct ScoreProblem {
     const double* input;      // (n_input, n_numbers) poses y
     const double* reference;  // (n_reference, 3 * n_numbers) features [z, dz, ddz], already scaled
     size_t n_input, n_reference, n_numbers;
-    size_t max_skip, n_neighbors;
+    const Steps& steps;
+    size_t n_neighbors;
     double velocity, acceleration;  // factors of first and second differences
 };
 
-// Mean distances to the nearest reference features into out (n_input, max_skip, max_skip), or with `each` the distances
-// themselves, the smallest first, into out (n_input, max_skip, max_skip, n_neighbors). Triples outside the input are
-// left as they are. `scale` times the largest number is at most 1.
+// Mean distances to the nearest reference features into out (n_input, n_pairs), or with `each` the distances
+// themselves, the smallest first, into out (n_input, n_pairs, n_neighbors). Triples outside the input are left as they
+// are. `scale` times the largest number is at most 1.
 void joint_scores(const ScoreProblem& problem, double scale, int n_threads, bool each, double* out);
 
 // The same poses and features in fewer numbers, times `scale`: an orthogonal projection, so that distances here are at

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
-from retime.kernels import Backend, FloatArray, IntArray, PathProblem, backend
+from retime.kernels import Backend, FloatArray, IntArray, PathProblem, StepPairs, backend
 
 PathSearch = Literal["priced", "layered"]
 SEARCHES = get_args(PathSearch)
@@ -54,6 +54,7 @@ class FramePath:
 def shortest_path(
     scores: ArrayLike,
     *,
+    steps: StepPairs | None = None,
     n_output: SupportsIndex | Sequence[SupportsIndex] | None = None,
     anchors: Sequence[tuple[SupportsIndex, SupportsIndex]] = (),
     start_cost: ArrayLike | None = None,
@@ -71,13 +72,15 @@ def shortest_path(
     ----------
     scores : float array, shape (n_input, max_skip, max_skip)
         ``scores[j, a - 1, b - 1]`` is the local score (Eq. 2) of frames j - a, j, j + b, in feature units; ``inf``
-        forbids the triple. From `retime.warp.score`.
+        forbids the triple. From `retime.warp.score`. With `steps`: shape (n_input, n_pairs), a score for each pair.
+    steps : StepPairs, optional
+        The steps that the path may take, and which may follow which. Left out: all up to `max_skip`, in any order.
     n_output : int or (int, int), optional
         Frames to select, both ends included; or the least and the most of them. Left out, the length is free (§4.2).
     anchors : sequence of (int, int)
         Pairs (output position, input frame) that the path must pass, both counted from 0; the ends are added. Where
         the length is free, only the frames count.
-    start_cost, end_cost : float arrays, shape (max_skip,), optional
+    start_cost, end_cost : float arrays, shape (max_skip,), or (n_steps,) with `steps`, optional
         Added for the first and the last step; ``inf`` forbids it.
     search : {"priced", "layered"}
         Both exact, with the same result: the priced search is nearly linear and falls back to the layered
@@ -107,13 +110,13 @@ def shortest_path(
     >>> len(path.frames), int(path.frames[0]), int(path.frames[-1]), path.optimal
     (5, 0, 8, True)
     """
-    scores = _as_scores(scores)
+    scores, steps = _as_scores(scores, steps)
     if search not in SEARCHES:
         raise OptionError(f"the search must be one of {', '.join(SEARCHES)}; found {search!r}")
-    n_input, max_skip = scores.shape[:2]
+    n_input = len(scores)
     lengths = _as_lengths(n_output)
     pairs = _as_anchors(anchors, n_input)
-    start, end = _as_costs("start_cost", start_cost, max_skip), _as_costs("end_cost", end_cost, max_skip)
+    start, end = _as_costs("start_cost", start_cost, steps), _as_costs("end_cost", end_cost, steps)
     limit = _as_integer("memory_limit", memory_limit)
     if limit < 0:
         raise OptionError(f"memory_limit must not be negative, found {limit}")
@@ -123,12 +126,13 @@ def shortest_path(
     kernels = use or backend()
     if lengths is None:
         frames = np.array(sorted({0, n_input - 1, *(j for _, j in pairs)}), dtype=np.int64)
-        found = kernels.free_path(PathProblem(scores, np.arange(len(frames)), frames, 0, start, end))
-        return _as_path(found, scores, None, "free")
+        found = kernels.free_path(PathProblem(scores, steps, np.arange(len(frames)), frames, 0, start, end))
+        return _as_path(found, scores, steps, None, "free")
 
-    pairs, most = _with_ends(pairs, *lengths, n_input, max_skip)
+    pairs, most = _with_ends(pairs, *lengths, n_input, steps)
     problem = PathProblem(
         scores,
+        steps,
         np.array([p for p, _ in pairs], dtype=np.int64),
         np.array([j for _, j in pairs], dtype=np.int64),
         most - 1,
@@ -138,10 +142,10 @@ def shortest_path(
     if search == "priced":
         priced = kernels.priced_path(problem, limit)
         if priced is not None and not priced.gave_up:
-            return _as_path(priced.path, scores, priced.lower_bound, "priced")
+            return _as_path(priced.path, scores, steps, priced.lower_bound, "priced")
     with np.errstate(over="ignore"):
         found = kernels.layered_path(problem, limit)
-    return _as_path(found, scores, None, "layered")
+    return _as_path(found, scores, steps, None, "layered")
 
 
 def _as_numbers(name: str, values: ArrayLike) -> FloatArray:
@@ -156,37 +160,46 @@ def _as_numbers(name: str, values: ArrayLike) -> FloatArray:
     return np.asarray(array, dtype=np.float64, order="C")
 
 
-def _as_scores(scores: ArrayLike) -> FloatArray:
+def _as_scores(scores: ArrayLike, steps: StepPairs | None) -> tuple[FloatArray, StepPairs]:
+    """Scores (n_input, n_pairs), and the pairs; anything else is refused."""
     array = _as_numbers("scores", scores)
-    if array.ndim != 3 or not len(array) or array.shape[1] != array.shape[2] or not 1 <= array.shape[1] <= 255:
+    if steps is not None:
+        if array.ndim != 2 or not len(array) or array.shape[1] != steps.n_pairs:
+            raise OptionError(
+                f"expected scores of shape (n_input >= 1, {steps.n_pairs}), one for each pair of steps; "
+                f"found {array.shape}"
+            )
+    elif array.ndim != 3 or not len(array) or array.shape[1] != array.shape[2] or not 1 <= array.shape[1] <= 255:
         raise OptionError(
             f"expected scores of shape (n_input >= 1, max_skip, max_skip) with max_skip from 1 to 255, "
             f"found {array.shape}"
         )
+    else:
+        steps = StepPairs.up_to(array.shape[1])
+        array = array.reshape(len(array), -1)
     # The least of them is nan where any is; and one pass over many megabytes is enough.
     least = array.min()
     if np.isnan(least) or least == -np.inf:
-        j, a, b = (int(i) for i in np.argwhere(np.isnan(array) | (array == -np.inf))[0])
+        j, pair = (int(i) for i in np.argwhere(np.isnan(array) | (array == -np.inf))[0])
         raise OptionError(
-            f"scores must be numbers, or inf where a triple is forbidden: found {array[j, a, b]} for frame {j} between "
-            f"a step of {a + 1} and one of {b + 1}"
+            f"scores must be numbers, or inf where a triple is forbidden: found {array[j, pair]} for frame {j} "
+            f"between a step of {steps.steps[steps.before[pair]]} and one of {steps.steps[steps.after[pair]]}"
         )
-    return array
+    return array, steps
 
 
-def _as_costs(name: str, costs: ArrayLike | None, max_skip: int) -> FloatArray:
+def _as_costs(name: str, costs: ArrayLike | None, steps: StepPairs) -> FloatArray:
     if costs is None:
-        return np.zeros(max_skip)
+        return np.zeros(steps.n_steps)
     array = _as_numbers(name, costs)
-    if array.shape != (max_skip,):
-        raise OptionError(
-            f"{name} must have shape ({max_skip},), one cost for each step up to max_skip; found {array.shape}"
-        )
+    if array.shape != (steps.n_steps,):
+        upto = "step up to max_skip" if steps.every else "step"
+        raise OptionError(f"{name} must have shape ({steps.n_steps},), one cost for each {upto}; found {array.shape}")
     bad = np.flatnonzero(np.isnan(array) | (array == -np.inf))
     if len(bad):
         raise OptionError(
             f"{name} must be numbers, or inf where a step is forbidden: found {array[bad[0]]} for a step of "
-            f"{bad[0] + 1}"
+            f"{steps.steps[bad[0]]}"
         )
     return array
 
@@ -251,15 +264,15 @@ def _check_single_frame(lengths: tuple[int, int] | None, anchors: Sequence[tuple
 
 
 def _with_ends(
-    anchors: list[tuple[int, int]], least: int, most: int, n_input: int, max_skip: int
+    anchors: list[tuple[int, int]], least: int, most: int, n_input: int, steps: StepPairs
 ) -> tuple[list[tuple[int, int]], int]:
     """Anchors with both ends, and the most frames: lengths that the last anchor rules out are left out of the range."""
     inner = [(p, j) for p, j in anchors if j < n_input - 1]
     position, frame = inner[-1] if inner else (0, 0)
     ahead = n_input - 1 - frame
     # The path may be as long as its anchors say, if they say.
-    low = max([least, position + -(-ahead // max_skip) + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
-    high = min([most, position + ahead + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
+    low = max([least, position + -(-ahead // steps.longest) + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
+    high = min([most, position + ahead // steps.shortest + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
     if low > high:
         # No length fits: name the one that comes nearest.
         low = high = least if least > high else most
@@ -270,18 +283,19 @@ def _with_ends(
             n_output=high,
         )
     pairs = sorted({(0, 0), (low - 1, n_input - 1), *anchors})
-    check_feasible(pairs, max_skip, last_position_max=high - 1)
+    check_feasible(pairs, steps.longest, min_skip=steps.shortest, last_position_max=high - 1)
     return pairs, high
 
 
 def _as_path(
     found: tuple[IntArray, float] | None,
     scores: FloatArray,
+    steps: StepPairs,
     lower_bound: float | None,
     search: str,
 ) -> FramePath:
     if found is None:
-        n_input, max_skip = scores.shape[:2]
+        n_input, max_skip = len(scores), steps.longest
         largest = np.abs(scores[np.isfinite(scores)]).max(initial=0.0)
         if largest > np.finfo(np.float64).max / n_input:
             raise OptionError(f"the scores are too large to be added up: found {largest:g}. Divide them by {largest:g}")
@@ -293,26 +307,33 @@ def _as_path(
         )
     frames, total = found
     bound = total if lower_bound is None else min(lower_bound, total)
-    return FramePath(frames, path_scores(scores, frames), total, bound, True, search)
+    return FramePath(frames, path_scores(scores, frames, steps), total, bound, True, search)
 
 
-def path_scores(scores: FloatArray, path: IntArray) -> FloatArray:
-    """Return the score of each inner frame of a path, shape (n_output - 2,); their sum is the objective (Eq. 1)."""
-    steps = np.diff(path)
-    return np.asarray(scores[path[1:-1], steps[:-1] - 1, steps[1:] - 1])
+def path_scores(scores: FloatArray, path: IntArray, steps: StepPairs | None = None) -> FloatArray:
+    """Return the score of each inner frame of a path, shape (n_output - 2,); their sum is the objective (Eq. 1).
+
+    Scores have the shape (n_input, max_skip, max_skip), or with `steps` (n_input, n_pairs).
+    """
+    taken = np.diff(path)
+    if steps is None:
+        return np.asarray(scores[path[1:-1], taken[:-1] - 1, taken[1:] - 1])
+    return np.asarray(scores[path[1:-1], steps.pair_of(taken[:-1], taken[1:])])
 
 
-def check_feasible(anchors: Sequence[tuple[int, int]], max_skip: int, *, last_position_max: int | None = None) -> None:
+def check_feasible(
+    anchors: Sequence[tuple[int, int]], max_skip: int, *, min_skip: int = 1, last_position_max: int | None = None
+) -> None:
     """Refuse anchors (position, frame) between which no path fits; raise InfeasibleWarpError.
 
-    ``n_output - 1 <= n_input - 1 <= max_skip (n_output - 1)`` must hold in each span; in the last one for some
-    length up to ``last_position_max + 1``.
+    ``min_skip (n_output - 1) <= n_input - 1 <= max_skip (n_output - 1)`` must hold in each span; in the last
+    one for some length up to ``last_position_max + 1``.
     """
     for span, ((p0, j0), (p1, j1)) in enumerate(itertools.pairwise(anchors)):
         p1_max = p1 if last_position_max is None or span < len(anchors) - 2 else last_position_max
         n_output, n_input = p1 - p0 + 1, j1 - j0 + 1
-        least = -(-(n_input - 1) // max_skip) + 1
-        if p1 > p0 and n_output <= n_input and p1_max - p0 + 1 >= least:
+        least, most = -(-(n_input - 1) // max_skip) + 1, (n_input - 1) // min_skip + 1
+        if p1 > p0 and n_output <= most and p1_max - p0 + 1 >= least:
             continue
         if p1 <= p0 or n_input < 2:
             raise InfeasibleWarpError(
@@ -323,16 +344,16 @@ def check_feasible(anchors: Sequence[tuple[int, int]], max_skip: int, *, last_po
         need = -(-(n_input - 1) // (n_output - 1))
         remedy = (
             f"Use at least {least} frames, or max_skip >= {need}."
-            if n_output <= n_input
-            else f"Use at most {n_input} frames, or upsample by {-(-(n_output - 1) // (n_input - 1))} or more."
+            if n_output <= most
+            else f"Use at most {most} frames, or upsample by {-(-(n_output - 1) // (n_input - 1))} or more."
         )
+        limits = f"max_skip={max_skip} allows" if min_skip == 1 else f"steps of {min_skip} to {max_skip} allow"
         raise InfeasibleWarpError(
-            f"cannot fit input frames {j0}–{j1} into {n_output} output frames: max_skip={max_skip} allows {least} to "
-            f"{n_input}. {remedy}",
+            f"cannot fit input frames {j0}–{j1} into {n_output} output frames: {limits} {least} to {most}. {remedy}",
             span=span,
             n_input=n_input,
             n_output=n_output,
             max_skip=max_skip,
             min_output=least,
-            max_output=n_input,
+            max_output=most,
         )

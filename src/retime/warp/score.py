@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from retime.brief import brief_repr
 from retime.errors import OptionError
-from retime.kernels import Backend, FloatArray, IntArray, backend
+from retime.kernels import Backend, FloatArray, IntArray, StepPairs, backend
 from retime.kernels.numpy_backend import mean_in_order, nearest_features, squared_distances
+from retime.kernels.steps import MAX_STEP
 from retime.warp.features import difference_scales, timing_features
 
 ScoreName = Literal["joint", "conditional"]
@@ -146,7 +147,8 @@ def triple_scores(
     input_poses: FloatArray,
     model: Model,
     *,
-    max_skip: int,
+    max_skip: int | None = None,
+    steps: StepPairs | None = None,
     n_neighbors: int = 3,
     score: ScoreName = "joint",
     use: Backend | None = None,
@@ -164,7 +166,9 @@ def triple_scores(
     model : Model
         The references.
     max_skip : int
-        Largest step between neighbouring selected frames.
+        Largest step between neighbouring selected frames: each step up to it is scored beside each.
+    steps : StepPairs
+        In place of `max_skip`: the steps to score, and which of them follow which.
     n_neighbors : int
         Neighbours averaged.
     score : {"joint", "conditional"}
@@ -177,7 +181,7 @@ def triple_scores(
     -------
     float array, shape (n_input, max_skip, max_skip)
         ``scores[j, a - 1, b - 1]`` is the score of frames j - a, j, j + b, in pose units; ``inf`` where one of them
-        lies outside the input.
+        lies outside the input. With `steps`: shape (n_input, n_pairs), the score of each pair.
 
     Raises
     ------
@@ -191,11 +195,20 @@ def triple_scores(
             f"input and reference must be described by the same numbers: found {input_poses.shape[1:]} and "
             f"({model.n_numbers},) a frame"
         )
-    if not 1 <= max_skip <= 255:
-        raise OptionError(f"max_skip must be from 1 to 255, found {max_skip}")
-    if (n_scores := len(input_poses) * max_skip**2) > MOST_SCORES:
+    if (max_skip is None) == (steps is None):
+        raise OptionError("scores need either max_skip or steps")
+    if max_skip is not None:
+        if not 1 <= max_skip <= MAX_STEP:
+            raise OptionError(f"max_skip must be from 1 to {MAX_STEP}, found {max_skip}")
+        scores = triple_scores(
+            input_poses, model, steps=StepPairs.up_to(max_skip), n_neighbors=n_neighbors, score=score, use=use
+        )
+        return scores.reshape(-1, max_skip, max_skip)
+    assert steps is not None
+    if (n_scores := len(input_poses) * steps.n_pairs) > MOST_SCORES:
+        limit = f"max_skip={steps.longest}" if steps.every else f"{steps.n_pairs} pairs of steps"
         raise OptionError(
-            f"{len(input_poses)} input frames (at the analysis rate, upsampled) with max_skip={max_skip} need a table "
+            f"{len(input_poses)} input frames (at the analysis rate, upsampled) with {limit} need a table "
             f"of {n_scores:.2g} scores; {MOST_SCORES:.2g} is the most. Take fewer frames, or a lower rate, upsample "
             "or max_skip"
         )
@@ -205,14 +218,14 @@ def triple_scores(
     groups = _groups(model)
     if score == "conditional":
         nearest = _nearest_in_pose(input_poses, model, groups, n_neighbors, kernels)
-        return kernels.conditional_scores(inputs, model.features, nearest, max_skip, *scales)
+        return kernels.conditional_scores(inputs, model.features, nearest, steps, *scales)
     if len(groups) == 1 and model.weights[0] == 1.0:
-        return kernels.joint_scores(inputs, model.features, max_skip, *scales, n_neighbors)
+        return kernels.joint_scores(inputs, model.features, steps, *scales, n_neighbors)
     found = []
     for group in groups:
         features = np.ascontiguousarray(model.features[group])
         n_found = min(n_neighbors, len(features))
-        distances = kernels.joint_scores(inputs, features, max_skip, *scales, n_found, each=True)
+        distances = kernels.joint_scores(inputs, features, steps, *scales, n_found, each=True)
         found.append(distances / model.weights[group][0])
     return mean_in_order(np.sort(np.concatenate(found, axis=-1), axis=-1)[..., :n_neighbors])
 
