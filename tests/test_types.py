@@ -128,17 +128,21 @@ class Holding:
 
 # A call, and another that must mean the same.
 ACCEPTED = {
-    "length: numpy int": (lambda: solved(length=np.int64(135)), lambda: solved(length=135)),
-    "length: text": (lambda: solved(length="135f"), lambda: solved(length=135)),
-    "max_length: numpy int": (
-        lambda: solved(length="free", max_length=np.int64(150)),
-        lambda: solved(length="free", max_length=150),
+    "length: float": (lambda: solved(length=2.25), lambda: solved(length="135f")),
+    "length: numpy float": (lambda: solved(length=np.float32(2.25)), lambda: solved(length="135f")),
+    "length: text without unit": (lambda: solved(length="2.25"), lambda: solved(length="135f")),
+    "length: timecode": (lambda: solved(length="00:00:02:15"), lambda: solved(length="135f")),
+    "max_length: float": (
+        lambda: solved(length="free", max_length=2.5),
+        lambda: solved(length="free", max_length="150f"),
     ),
     "keys: lists": (lambda: solved(keys=[[1, 0.8]]), lambda: solved(keys=KEYS)),
     "keys: array": (lambda: solved(keys=np.array(KEYS)), lambda: solved(keys=KEYS)),
     "keys: text": (lambda: solved(keys=[("60f", "0.8s")]), lambda: solved(keys=KEYS)),
     "keys: numpy": (lambda: solved(keys=[(np.int64(1), np.float64(0.8))]), lambda: solved(keys=KEYS)),
     "keys: fractions": (lambda: solved(keys=[(Fraction(1), Fraction(4, 5))]), lambda: solved(keys=KEYS)),
+    "keys: as typed": (lambda: solved(keys=["60f=0:00.8"]), lambda: solved(keys=KEYS)),
+    "locks: as typed": (lambda: solved(locks=["1..2=1/2-1"]), lambda: solved(locks=[Lock(1, 2, 0.5, 1)])),
     "keys: Keytime": (lambda: solved(keys=[Keytime(input_time=1, output_time=0.8)]), lambda: solved(keys=KEYS)),
     "keys: no speed": (lambda: solved(keys=[(1.0, 0.8, None)]), lambda: solved(keys=KEYS)),
     "keys: speed as text": (lambda: solved(keys=[(1, 0.8, "1/2")]), lambda: solved(keys=[(1, 0.8, 0.5)])),
@@ -216,20 +220,21 @@ def test_what_is_accepted_means_the_same(name) -> None:
 
 # A call, and what its refusal says.
 REFUSED = {
-    "length: float": (lambda: solved(length=90.0), "a length such as 65%, 9.3s or 280f, found 90.0"),
-    "length: share": (lambda: solved(length=0.75), "a length such as 65%"),
-    "length: text without unit": (lambda: solved(length="90"), "a length such as 65%"),
+    # It meant frames, and would mean seconds.
+    "length: int": (lambda: solved(length=90), 'write "90f" for frames, or "90s" for seconds'),
+    "length: numpy int": (lambda: solved(length=np.int64(90)), 'write "90f" for frames, or "90s" for seconds'),
+    "max_length: int": (lambda: solved(length="free", max_length=90), 'write "90f" for frames'),
+    "length: not a number": (lambda: solved(length=float("nan")), "a length such as 65%"),
     "length: true": (lambda: solved(length=True), "a length such as 65%"),
     "length: list": (lambda: solved(length=[90]), "a length such as 65%"),
     "keys: one flat": (lambda: solved(keys=(1.0, 0.8)), r"a key is \(input time, output time\).*; found 1\.0"),
     "keys: one Keytime": (lambda: solved(keys=Keytime(input_time=1, output_time=1)), "keys are a sequence.*a Keytime"),
     "keys: a mapping": (lambda: solved(keys={1: 0.8}), "keys are a sequence.*a dict"),
-    "keys: as typed": (lambda: solved(keys=["1=0.8"]), "a key is .*found '1=0.8'"),
     "keys: a text": (lambda: solved(keys="1=0.8"), "keys are a sequence.*the text '1=0.8'"),
     "keys: a number": (lambda: solved(keys=5), "keys are a sequence.*the number 5"),
     "keys: none": (lambda: solved(keys=[None]), "a key is .*found None"),
-    "keys: complex": (lambda: solved(keys=[(1j, 1)]), "expected a time such as 2.5s"),
-    "keys: true": (lambda: solved(keys=[(True, 1)]), "expected a time such as 2.5s"),
+    "keys: complex": (lambda: solved(keys=[(1j, 1)]), "expected a time such as 2.5"),
+    "keys: true": (lambda: solved(keys=[(True, 1)]), "expected a time such as 2.5"),
     "locks: one": (lambda: solved(locks=Lock(1, 2)), r"locks=\[Lock\(6\.12, 6\.52\)\]; found a Lock"),
     "locks: tuples": (lambda: solved(locks=[(1, 2)]), "a sequence of Lock"),
     "locks: none": (lambda: solved(locks=None), "a sequence of Lock.*found None"),

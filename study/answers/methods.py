@@ -68,7 +68,7 @@ def _of_free_length(solve: Callable[[Asked], Warp]) -> Callable[[Asked], Warp | 
 
 def _at_given_length(asked: Asked) -> Warp:
     n_output = round(asked.answer.truth.output_span * float(asked.answer.motion.rate)) + 1
-    return asked.session.solve(length=n_output).warp
+    return asked.session.solve(length=f"{n_output}f").warp
 
 
 METHODS: dict[str, Callable[[Asked], Warp | None]] = {

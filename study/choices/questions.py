@@ -169,7 +169,7 @@ def _imitate(case: Answer, setting: Setting) -> Iterator[Imitated]:
     session, search = _session(case.motion, setting, case.reference)
     if "upsample" not in search:
         search.pop("max_skip", None)
-    given = round(case.truth.output_span * float(case.motion.rate)) + 1
+    given = f"{round(case.truth.output_span * float(case.motion.rate)) + 1}f"
     asked: list[tuple[str, dict[str, Any]]] = [("given", {"length": given})]
     if case.free:
         asked += [(weight, {"length": "free", "free_weight": weight}) for weight in ("neutral", "sum")]

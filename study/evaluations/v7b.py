@@ -28,7 +28,7 @@ def evaluate(clips: Library, repeats: int) -> Evaluation:
     motion, reference, truth = answer.motion, answer.reference, answer.truth
     options: dict[str, Any] = {"length": "free", "max_skip": 8, "upsample": 4}
     found, row = solve_timed(motion, reference, {**DEFAULTS, **options}, repeats=repeats)
-    given = round(truth.output_span * float(motion.rate)) + 1
+    given = f"{round(truth.output_span * float(motion.rate)) + 1}f"
     known = Session(motion, reference=Reference(reference), **DEFAULTS).solve(length=given, max_skip=8, upsample=4)
     subject = Subject(motion, reference, truth=truth, spans=answer.spans)
     show = VersionMaker(subject)

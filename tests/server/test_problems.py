@@ -29,7 +29,7 @@ from tests.server.serving import KEY
         ),
         ({"length": "1f"}, "length", {"field": "length"}),
         ({"length": "soon"}, "expected a length", {"field": "length"}),
-        ({"length": "free", "min_length": "0"}, "expected a length", {"field": "min_length"}),
+        ({"length": "free", "min_length": "0"}, "at least 2", {"field": "min_length"}),
         ({"length": "free", "min_length": "3s", "max_length": "2s"}, "is more than the most", {"field": "max_length"}),
         ({"max_length": "2s"}, "need a free length", {"field": "length"}),
         ({"options": {"rate": "often"}}, "expected a frame rate", {"field": "options.rate"}),

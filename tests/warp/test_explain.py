@@ -95,7 +95,7 @@ def test_matched_frames_are_the_nearest_of_a_literal_search(score: str, n_neighb
         result = guided_warp(
             clip,
             reference=[Reference(one, weight=w) for one, w in zip(references, weights, strict=True)],
-            length=10,
+            length="10f",
             upsample=1,
             max_skip=4,
             n_neighbors=n_neighbors,
@@ -313,7 +313,7 @@ def test_the_seam_of_a_loop_costs_what_its_three_frames_score(length: str) -> No
 
 
 def test_two_frames_have_nothing_to_explain_but_their_keytimes() -> None:
-    explained = guided_warp(curve(8), length=2, reference=curve(20, 3)).explain()
+    explained = guided_warp(curve(8), length="2f", reference=curve(20, 3)).explain()
     assert explained.binding[0].startswith("key")
     assert explained.binding[1].startswith("key")
     assert np.isnan(explained.scores).all()

@@ -98,7 +98,9 @@ def test_stretches_take_the_speed_that_the_reference_has_there(score: str) -> No
     moving = clip_at(np.arange(0, 4.001, 1 / 30))
     reference_times = np.concatenate([np.arange(0, 2, 1 / 60), np.arange(2, 4.001, 1 / 15)])
     reference = clip_at(reference_times)
-    result = guided_warp(moving, reference=reference, length=len(reference_times), score=score, low_pass=0, smoothing=0)
+    result = guided_warp(
+        moving, reference=reference, length=f"{len(reference_times)}f", score=score, low_pass=0, smoothing=0
+    )
     check(result)
     inside = (result.steps.input_times[:-1] > 0.2) & (result.steps.input_times[1:] < 1.8)
     assert result.steps.slopes[inside].mean() == pytest.approx(0.5, rel=0.05)
@@ -382,7 +384,10 @@ def test_a_session_gives_what_a_single_call_gives() -> None:
         pytest.param({"influence": 1.5}, id="influence"),
         pytest.param({"min_length": "50%"}, id="bounds_on_a_given_length"),
         pytest.param({"length": 1}, id="one_frame"),
-        pytest.param({"length": "9.3"}, id="length_without_unit"),
+        pytest.param({"length": 80}, id="length_in_frames_or_seconds"),
+        pytest.param({"keys": ["1:75=2"]}, id="key_beyond_the_minute"),
+        pytest.param({"locks": ["1..2=1/2.."]}, id="lock_without_a_fastest_speed"),
+        pytest.param({"speed": "2..1"}, id="speed_text_reversed"),
     ],
 )
 def test_options_without_meaning_are_refused(options: dict[str, object]) -> None:
@@ -412,7 +417,7 @@ def test_what_can_not_be_met_is_said_with_a_remedy(options: dict[str, object], s
 def test_the_bounds_that_an_error_names_are_true(length: str, upsample: int, max_skip: int) -> None:
     clip = wandering_signal(100, 30)
 
-    def solve(length: str | int) -> int:
+    def solve(length: str) -> int:
         return guided_warp(clip, length=length, upsample=upsample, max_skip=max_skip).n_output
 
     with pytest.raises(InfeasibleWarpError) as caught:
@@ -420,10 +425,10 @@ def test_the_bounds_that_an_error_names_are_true(length: str, upsample: int, max
     low, high = caught.value.min_output, caught.value.max_output
     assert low is not None
     assert high is not None
-    assert (solve(low), solve(high)) == (low, high)
+    assert (solve(f"{low}f"), solve(f"{high}f")) == (low, high)
     for beyond in (low - 1, high + 1):
         with pytest.raises(InfeasibleWarpError):
-            solve(beyond)
+            solve(f"{beyond}f")
 
 
 def test_a_reference_of_another_kind_is_refused() -> None:
@@ -437,7 +442,7 @@ def test_a_reference_too_short_is_refused() -> None:
     with pytest.raises(OptionError, match="n_neighbors=3 needs at least 5"):
         guided_warp(wandering_signal(60), reference=wandering_signal(4))
     with pytest.raises(OptionError, match="4 frames"):
-        guided_warp(wandering_signal(4), length=3)
+        guided_warp(wandering_signal(4), length="3f")
 
 
 @pytest.mark.parametrize(
@@ -488,3 +493,44 @@ def test_a_result_for_an_array_gives_its_rows_and_of_a_group_asks_which() -> Non
     with pytest.raises(OptionError, match="a group of 2 clips"):
         both.apply()
     assert [both.apply(clip).names for clip in both.clips] == [("pan",), ("tilt",)]
+
+
+def test_what_people_type_and_what_programs_pass_are_one() -> None:
+    clip = wandering_signal(100, 30)
+    typed = guided_warp(
+        clip,
+        length="0:03",
+        keys=["00:00:01:00=24f@1/2"],
+        locks=["2..75f = 1/2 to 1"],
+        speed="25%..8",
+        features="signal",
+    )
+    passed = guided_warp(
+        clip, length=3.0, keys=[(1, 0.8, 0.5)], locks=[Lock(2.0, 2.5, 0.5, 1.0)], speed=(0.25, 8.0), features="signal"
+    )
+    np.testing.assert_array_equal(typed.warp.output_times, passed.warp.output_times)
+    np.testing.assert_array_equal(typed.warp.input_times, passed.warp.input_times)
+
+
+def test_a_lock_that_says_nothing_is_named_by_its_place() -> None:
+    with pytest.raises(OptionError, match="below 60") as caught:
+        guided_warp(wandering_signal(100, 30), locks=[Lock(0.5, 1.0), "0:01..0:75"])
+    assert (caught.value.option, caught.value.item) == ("locks", 1)
+
+
+class TestAFactorThatIsTakenForSeconds:
+    """A bare length is seconds: where hardly anything of the input would be left, the tool asks."""
+
+    def test_it_is_asked_about_where_nothing_fits(self) -> None:
+        with pytest.raises(InfeasibleWarpError, match=r"\(did you mean 65%\?\)\.$") as caught:
+            guided_warp(wandering_signal(600, 30), length="0.65", max_skip=8)
+        assert caught.value.min_output is not None
+
+    def test_a_warning_asks_where_it_fits(self) -> None:
+        with pytest.warns(RetimeWarning, match=r"0\.65 seconds, 3\.3% of the input \(did you mean 65%\?\)"):
+            found = guided_warp(wandering_signal(600, 30), length=0.65)
+        assert found.warp.output_duration == pytest.approx(19 / 30)
+
+    @pytest.mark.parametrize("length", ["0.65s", "65%", "4", "10"])
+    def test_nobody_else_is_asked(self, length: str) -> None:
+        guided_warp(wandering_signal(600, 30), length=length)

@@ -46,7 +46,7 @@ def test_the_ends_are_added(clip: Signal) -> None:
     assert pairs(as_keytimes(clip, "50%", [])) == [(0, 0), (3, 45 / 30)]
     assert pairs(as_keytimes(clip, "2s", [])) == [(0, 0), (3, 59 / 30)]
     assert pairs(as_keytimes(clip, "61f", [])) == [(0, 0), (3, 2)]
-    assert pairs(as_keytimes(clip, 61, [])) == [(0, 0), (3, 2)]
+    assert pairs(as_keytimes(clip, 61 / 30, [])) == [(0, 0), (3, 2)]
 
 
 def test_without_a_length_the_input_plays_on_at_its_own_speed(clip: Signal) -> None:

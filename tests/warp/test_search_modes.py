@@ -36,7 +36,7 @@ def _total(scores: np.ndarray, steps: tuple[int, ...]) -> float:
 def test_a_loop_is_the_best_path_whose_first_and_last_step_agree_with_the_seam_scored(seed: int) -> None:
     clip = _cycle(13, seed)
     session = Session(clip, low_pass=0, n_neighbors=2)
-    result = session.solve(length=8, loop=True, max_skip=MAX_SKIP, upsample=1)
+    result = session.solve(length="8f", loop=True, max_skip=MAX_SKIP, upsample=1)
     poses = result.input_poses
     model = result.model
     scores = triple_scores(poses, model, max_skip=MAX_SKIP, n_neighbors=2)
@@ -69,7 +69,7 @@ def test_a_free_length_is_the_best_of_all_lengths(weight: str) -> None:
 def test_the_heuristic_reports_what_it_gives_away() -> None:
     clip = _cycle(200, 3)
     session = Session(clip, low_pass=0)
-    exact, heuristic = (session.solve(length=120, search=search) for search in ("priced", "heuristic"))
+    exact, heuristic = (session.solve(length="120f", search=search) for search in ("priced", "heuristic"))
     assert exact.excess is None
     assert heuristic.excess is not None
     assert heuristic.total >= exact.total

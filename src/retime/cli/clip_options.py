@@ -14,8 +14,8 @@ import click
 
 from retime.cli.sections import Option
 from retime.errors import OptionError, RetimeWarning
+from retime.motion.grammar import parse_frame_range
 from retime.motion.rate import parse_rate
-from retime.motion.timecode import parse_frame_range
 
 if TYPE_CHECKING:
     from retime.motion.motion import Motion, Up

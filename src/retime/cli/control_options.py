@@ -14,110 +14,45 @@ import click
 from retime.cli.clip_options import PATH, parsed
 from retime.cli.sections import Option
 from retime.errors import OptionError
-from retime.motion.timecode import parse_length, parse_speed, parse_speeds, parse_time
+from retime.motion.grammar import (
+    WrittenLock,
+    WrittenTime,
+    check_length,
+    parse_number,
+    parse_share,
+    parse_speeds,
+    read_key,
+    read_lock,
+    read_span,
+    read_time,
+)
 
 if TYPE_CHECKING:
-    from retime.warp.control import Lock
     from retime.warp.features import PoseSpace
 
-# Any rate serves to see whether a text is a time.
-_SOME_RATE = Fraction(30)
+Influence = float | list[tuple[WrittenTime, float]]
 
 
-def parse_any_length(text: str) -> str:
-    """Refuse what is no length for any clip; what it means depends on the clip."""
-    if text == "free":
-        return text
-    try:
-        parse_length(text, 10_000_000, Fraction(240))
-    except OptionError:
-        raise OptionError(
-            f"expected a length of 2 frames or more, such as 65%, 9.3s, 280f or free, found {text!r}"
-        ) from None
-    return text
-
-
-@dataclass(frozen=True)
-class LockText:
-    """A span of input time and its speeds, as written."""
-
-    start: str
-    end: str
-    slowest: float
-    fastest: float
-
-    def at(self, rate: Fraction) -> Lock:
-        """Read the times, now that the clip's rate is known."""
-        from retime.warp.control import Lock
-
-        return Lock(parse_time(self.start, rate), parse_time(self.end, rate), self.slowest, self.fastest)
-
-
-def _span(text: str) -> tuple[str, str]:
-    start, dots, end = text.partition("..")
-    if not dots:
-        raise OptionError(f"expected a span of input time such as 2.1..3.4 or 60f..90f, found {text!r}")
-    for time in (start, end):
-        parse_time(time, _SOME_RATE)
-    return start, end
-
-
-def _lock(text: str) -> LockText:
-    span, sign, speeds = text.partition("=")
-    return LockText(*_span(span), *(parse_speeds(speeds) if sign else (1.0, 1.0)))
-
-
-def _kept(text: str) -> LockText:
-    return LockText(*_span(text), 0.0, 1.0)
-
-
-def _influence(text: str) -> float | list[tuple[str, float]]:
-    """Read a number, or a curve ``T=V,T=V,...`` over output time."""
+def _influence(text: str) -> Influence:
+    """Read a share, or a curve ``T=V,T=V,...`` over output time."""
     if "=" not in text:
-        return _share(text)
+        return parse_share(text)
     curve = []
     for pair in text.split(","):
         time, _, value = pair.partition("=")
-        parse_time(time, _SOME_RATE)
-        curve.append((time, _share(value)))
+        curve.append((read_time(time), parse_share(value)))
     return curve
 
 
-def _share(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value <= 1:
-        raise OptionError(f"expected a number from 0 to 1, found {text!r}")
-    return value
+def _kept(text: str) -> WrittenLock:
+    return WrittenLock(read_span(text), 0.0, 1.0)
 
 
 def _weight(text: str) -> tuple[str, float]:
     name, _, value = text.rpartition("=")
-    try:
-        weight = float(value)
-    except ValueError:
-        weight = -1.0
-    if not name or not 0 <= weight < float("inf"):
+    if not name:
         raise OptionError(f"expected a joint's weight such as LeftHand=2, found {text!r}")
-    return name, weight
-
-
-# Input time, output time and, where one is given, playback speed.
-Key = tuple[str, str] | tuple[str, str, float]
-
-
-def _key(text: str) -> Key:
-    """Split a keytime at its signs; refuse what is no time."""
-    input_time, sign, rest = text.partition("=")
-    output_time, at, speed = rest.partition("@")
-    if not sign:
-        raise OptionError(f"expected input time = output time, such as 2.5=1.8 or 300f=0:01.800, found {text!r}")
-    for time in (input_time, output_time):
-        if parse_time(time, _SOME_RATE) < 0:
-            raise OptionError(f"input and output begin at time 0, found {text!r}")
-    return (input_time, output_time, parse_speed(speed)) if at else (input_time, output_time)
+    return name, parse_number(value, unit="x")
 
 
 def length_option(default_text: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -127,9 +62,10 @@ def length_option(default_text: str) -> Callable[[Callable[..., None]], Callable
         cls=Option,
         section="Keytimes",
         metavar="L",
-        callback=parsed(parse_any_length),
+        callback=parsed(check_length),
         default_text=default_text,
-        help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate), or free: the search finds it.",
+        help="Length of the output: 65%, 9.3 (seconds) or 280f (frames at the clip's rate), or free: the search finds "
+        "it.",
     )
 
 
@@ -139,10 +75,10 @@ key_option = click.option(
     cls=Option,
     section="Keytimes",
     metavar="IN=OUT[@SPEED]",
-    callback=parsed(_key),
+    callback=parsed(read_key),
     multiple=True,
-    help="Show input time IN at output time OUT (2.5, 120f or mm:ss.mmm from the first frame used), at this playback "
-    "speed where one is given; repeat for more. Equal input times hold, decreasing ones run backward.",
+    help="Show input time IN at output time OUT (2.5, 120f, mm:ss.mmm or hh:mm:ss:ff, from the first frame used), at "
+    "this playback speed where one is given; repeat for more. Equal input times hold, decreasing ones run backward.",
 )
 
 _OPTIONS = (
@@ -151,7 +87,7 @@ _OPTIONS = (
         cls=Option,
         section="Keytimes",
         metavar="L",
-        callback=parsed(parse_any_length),
+        callback=parsed(check_length),
         help="With --length free: no shorter than this.",
     ),
     click.option(
@@ -159,7 +95,7 @@ _OPTIONS = (
         cls=Option,
         section="Keytimes",
         metavar="L",
-        callback=parsed(parse_any_length),
+        callback=parsed(check_length),
         help="With --length free: no longer than this.",
     ),
     click.option(
@@ -177,9 +113,10 @@ _OPTIONS = (
         cls=Option,
         section="Control",
         metavar="A..B[=SPEED]",
-        callback=parsed(_lock),
+        callback=parsed(read_lock),
         multiple=True,
-        help="Play input time A to B at this speed (2, 1/2), or within a range of speeds (1/2..1); 1 where left out.",
+        help="Play input time A to B at this speed (2, 1/2, 50%), or within a range of speeds (1/2..1, uncut); 1 where "
+        "left out.",
     ),
     click.option(
         "--keep",
@@ -203,7 +140,7 @@ _OPTIONS = (
         cls=Option,
         section="Control",
         metavar="W",
-        type=click.FloatRange(min=0),
+        callback=parsed(parse_number),
         default_text="0",
         help="Weight on changes of log-speed, in median scores.",
     ),
@@ -293,11 +230,11 @@ class ControlOptions:
     min_length: str | None = None
     max_length: str | None = None
     free_weight: str | None = None
-    locks: tuple[LockText, ...] = ()
-    keep: tuple[LockText, ...] = ()
+    locks: tuple[WrittenLock, ...] = ()
+    keep: tuple[WrittenLock, ...] = ()
     speed: tuple[float, float] | None = None
     smoothness: float | None = None
-    influence: float | list[tuple[str, float]] | None = None
+    influence: Influence | None = None
     loop: bool = False
     score: str | None = None
     kind: str | None = None
@@ -327,14 +264,15 @@ class ControlOptions:
             "search": self.kind,
         }
         found = {name: value for name, value in given.items() if value is not None}
-        locks = [lock.at(rate) for lock in (*self.locks, *self.keep)]
-        if locks:
-            found["locks"] = locks
+        if self.locks or self.keep:
+            from retime.warp.control import Lock
+
+            found["locks"] = [Lock(*lock.at(rate)) for lock in (*self.locks, *self.keep)]
         if self.loop:
             found["loop"] = True
         if self.influence is not None:
             found["influence"] = (
-                [(parse_time(time, rate), value) for time, value in self.influence]
+                [(float(time.at(rate)), value) for time, value in self.influence]
                 if isinstance(self.influence, list)
                 else self.influence
             )

@@ -11,7 +11,6 @@ import click
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
 from retime.cli.control_options import (
     ControlOptions,
-    Key,
     control_options_of_one_clip,
     key_option,
     length_option,
@@ -20,7 +19,7 @@ from retime.cli.results import Found, OutputOptions, deliver, output_options
 from retime.cli.search_options import search_options
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import Stages
-from retime.motion.timecode import parse_frame_range
+from retime.motion.grammar import WrittenKey, parse_frame_range
 
 # As many digits as a range can have.
 _MANY_FRAMES = 10**15
@@ -78,7 +77,7 @@ def command(
     example: str,
     hand: Path,
     length: str | None,
-    keys: tuple[Key, ...],
+    keys: tuple[WrittenKey, ...],
     search: dict[str, Any],
     control: ControlOptions,
     outputs: OutputOptions,
@@ -101,7 +100,8 @@ def command(
     hint_at_up(motion, clip_options.up)
     with stages.stage("search", "searching"):
         options = search | control.arguments(motion.rate, search.get("features"))
-        result = imitate(motion, stretch, timing, length=length or "free", keys=keys, **options)
+        times = [key.at(motion.rate) for key in keys]
+        result = imitate(motion, stretch, timing, length=length or "free", keys=times, **options)
     warp = replace(result.warp, name=motion.name)
     found = Found(clip, motion, others, "guided", warp, result)
     deliver(found, outputs, stages, {"references": [str(hand)], "example": example})

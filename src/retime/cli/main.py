@@ -27,11 +27,12 @@ from retime.errors import RetimeError
 COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "edit")
 
 _EPILOG = f"""\b
-Times    2.5 or 2.5s (seconds), 120f (frames), 1:02.500 (mm:ss.mmm)
-Lengths  65% (of the input), 9.3s, 280f; with a search also free
+Times    2.5 or 2.5s (seconds), 120f (frames), 1:02.500 (mm:ss.mmm), 1:01:02.500,
+         00:01:02:12 (timecode at the clip's rate; 00:01:02;12 is drop-frame)
+Lengths  65% (of the input), or a time: 9.3 (seconds), 280f; with a search also free
 Ranges   1:1980 (frames as the file numbers them, both included)
 Spans    2.1..3.4 or 60f..90f (input time)
-Speeds   2, 1/2, or from the slowest to the fastest: 1/4..8
+Speeds   2, 1/2, 150%, or from the slowest to the fastest: 1/4..8, uncut (at most 1)
 
 \b
 Exit codes

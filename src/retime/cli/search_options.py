@@ -10,6 +10,7 @@ import click
 
 from retime.cli.clip_options import parsed
 from retime.cli.sections import Option
+from retime.motion.grammar import parse_number
 from retime.motion.rate import parse_rate
 
 # What `guided_warp` calls them.
@@ -60,7 +61,7 @@ _OPTIONS = (
         cls=Option,
         section="Method",
         metavar="S",
-        type=click.FloatRange(min=0),
+        callback=parsed(functools.partial(parse_number, unit="s")),
         default_text="0.2",
         help="How much velocity and acceleration weigh against pose, seconds.",
     ),
@@ -69,7 +70,7 @@ _OPTIONS = (
         cls=Option,
         section="Method",
         metavar="HZ",
-        type=click.FloatRange(min=0),
+        callback=parsed(functools.partial(parse_number, unit="Hz")),
         default_text="4",
         help="Cutoff of the filter that the analysis looks through, Hz; 0 is off.",
     ),

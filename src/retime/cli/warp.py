@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
-from retime.cli.control_options import NO_MAP, ControlOptions, Key, control_options, key_option, length_option
+from retime.cli.control_options import NO_MAP, ControlOptions, control_options, key_option, length_option
 from retime.cli.results import Found, OutputOptions, deliver, output_options
 from retime.cli.search_options import search_options
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import Stages
 from retime.errors import OptionError
+from retime.motion.grammar import WrittenKey, parse_frame_range, parse_number
 from retime.motion.rate import parse_rate
-from retime.motion.timecode import parse_frame_range
 
 if TYPE_CHECKING:
     from retime.motion.motion import Motion
@@ -28,13 +28,7 @@ if TYPE_CHECKING:
 
 
 def _reference_weight(text: str) -> float:
-    try:
-        weight = float(text)
-    except ValueError:
-        weight = 0.0
-    if not 0 < weight < float("inf"):
-        raise OptionError(f"expected a weight above 0, found {text!r}")
-    return weight
+    return parse_number(text, above=True, unit="x")
 
 
 @dataclass(frozen=True)
@@ -48,7 +42,7 @@ class _Request:
     reference_weight: tuple[float, ...]
     reference_fps: Fraction | None
     length: str | None
-    keys: tuple[Key, ...]
+    keys: tuple[WrittenKey, ...]
     method: str
     group: bool
     search: dict[str, Any]
@@ -234,21 +228,23 @@ def _find(
 ) -> tuple[Warp, GuidedWarp | None]:
     """Find the warp by the method asked for."""
     from retime.warp.guided import guided_warp
-    from retime.warp.keytimes import as_keytimes, check_keytimes
+    from retime.warp.keytimes import as_keytimes, asking_for_a_share, check_keytimes
     from retime.warp.spline import linear_warp, spline_warp
 
     clip = clips[0]
+    keys = [key.at(clip.rate) for key in request.keys]
     if request.method == "guided":
         options = request.search | request.control.arguments(clip.rate, request.search.get("features"))
         search = guided_warp(
             clips if request.group else clip,
             reference=references or None,
             length=request.length,
-            keys=request.keys,
+            keys=keys,
             **options,
         )
         return search.warp, search
-    keytimes = check_keytimes(as_keytimes(clip, request.length, request.keys), clip.end_time)
+    with asking_for_a_share(clip, request.length):
+        keytimes = check_keytimes(as_keytimes(clip, request.length, keys), clip.end_time)
     if request.method == "linear":
         return linear_warp(keytimes), None
     return spline_warp(keytimes, rate=float(clip.rate)), None

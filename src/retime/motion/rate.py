@@ -17,6 +17,7 @@ from retime.errors import OptionError
 
 _DECIMAL = re.compile(r"\+?(\d+(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
 _FRACTION = re.compile(r"(\d{1,30})/(\d{1,30})", re.ASCII)
+_RATE_UNIT = re.compile(r"\s*(?:hz|fps)$", re.ASCII | re.IGNORECASE)
 # Rates that cameras and programs offer, for decimals so short that they fit several whole rates.
 _USUAL = (12, 15, 24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
 # Television plays each of them 1000/1001 times as fast. These are the common ones, meant by any digits that fit (29.9).
@@ -178,7 +179,7 @@ def parse_rate(value: RateLike) -> Fraction:
     Parameters
     ----------
     value : str, float or Fraction
-        Frames a second: ``"30000/1001"``, ``"29.97"``, ``120``, ``23.976``.
+        Frames a second: ``"30000/1001"``, ``"29.97"``, ``"60 Hz"``, ``"24fps"``, ``120``, ``23.976``.
 
     Returns
     -------
@@ -198,7 +199,7 @@ def parse_rate(value: RateLike) -> Fraction:
     if isinstance(value, Fraction):
         rate = value
     else:
-        text = str(value).strip()
+        text = _RATE_UNIT.sub("", str(value).strip())
         try:
             pair = _FRACTION.fullmatch(text)
             if pair is not None:

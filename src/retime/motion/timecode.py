@@ -1,184 +1,96 @@
-"""Times, lengths and frame ranges as people write them."""
+"""Timecode: hours, minutes, seconds and frames, as editing programs count.
+
+At 29.97 Hz a timecode counts 30 frames to its second, so that it falls behind the clock by 3.6 s an hour. Drop-frame
+timecode, written with a semicolon before the frames, catches up by skipping numbers (never frames): at the start of
+every minute that ten does not divide, 00 and 01 are left out.
+"""
 
 from __future__ import annotations
 
-import math
-import re
+from dataclasses import dataclass
 from fractions import Fraction
-from numbers import Integral, Real
 
 from retime.errors import OptionError
 
-# No time or length has more digits than these; Python would refuse, or overflow on, thousands of them.
-_NUMBER = r"[+-]?(?:\d{1,15}(?:\.\d{0,30})?|\.\d{1,30})"
-_SECONDS = re.compile(rf"({_NUMBER})\s*s?", re.ASCII)
-_FRAMES = re.compile(r"([+-]?\d{1,15})\s*f", re.ASCII)
-_CLOCK = re.compile(r"(?:(\d{1,9}):)?(\d{1,9}):(\d{1,2}(?:\.\d{0,30})?)", re.ASCII)
-_PERCENT = re.compile(rf"({_NUMBER})\s*%", re.ASCII)
-_RANGE = re.compile(r"(-?\d{1,15})?:(-?\d{1,15})?", re.ASCII)
 
+@dataclass(frozen=True)
+class Timecode:
+    """A timecode as written; which frame it names depends on the rate.
 
-def parse_time(text: str | float, rate: Fraction) -> float:
-    """Read a time: seconds (``2.5`` or ``2.5s``), frames (``120f``), or a clock (``mm:ss.mmm``, ``h:mm:ss``).
-
-    Parameters
+    Attributes
     ----------
-    text : str or float
-        A number means seconds.
-    rate : Fraction
-        Frames a second, for ``120f``: frame 120 counted from 0.
-
-    Returns
-    -------
-    float
-        Seconds.
-
-    Raises
-    ------
-    OptionError
-        Not a time.
-
-    Examples
-    --------
-    >>> parse_time("60f", Fraction(120)), parse_time("1:02.5", Fraction(120))
-    (0.5, 62.5)
-    """
-    if isinstance(text, Real) and not isinstance(text, bool) and math.isfinite(text):
-        return float(text)
-    written = str(text).strip()
-    if match := _SECONDS.fullmatch(written):
-        return float(match[1])
-    if match := _FRAMES.fullmatch(written):
-        return float(int(match[1]) / rate)
-    if (match := _CLOCK.fullmatch(written)) and float(match[3]) < 60 and (match[1] is None or int(match[2]) < 60):
-        return int(match[1] or 0) * 3600 + int(match[2]) * 60 + float(match[3])
-    raise OptionError(f"expected a time such as 2.5s, 120f or 1:02.500, found {text!r}")
-
-
-def parse_length(text: str | int, n_frames: int, rate: Fraction) -> int:
-    """Read a length: frames (``280f`` or the int 280), seconds (``9.3s``) or a share of the input (``65%``).
-
-    A clip of n frames lasts n / rate seconds: its last frame is shown for a frame period too.
-
-    Parameters
-    ----------
-    text : str or int
-        The length.
-    n_frames : int
-        Frames of the input, for ``65%``.
-    rate : Fraction
-        Frames a second, for ``9.3s``.
-
-    Returns
-    -------
-    int
-        Frames, at least 2.
-
-    Raises
-    ------
-    OptionError
-        Not a length, or one below two frames.
-
-    Examples
-    --------
-    >>> parse_length("65%", 1980, Fraction(120)), parse_length("9.3s", 1980, Fraction(120))
-    (1287, 1116)
-    """
-    written = str(text).strip()
-    if isinstance(text, Integral) and not isinstance(text, bool):
-        length = int(text)
-    elif match := _PERCENT.fullmatch(written):
-        length = round(Fraction(match[1]) / 100 * n_frames)
-    elif match := _FRAMES.fullmatch(written):
-        length = int(match[1])
-    elif (match := _SECONDS.fullmatch(written)) and written.endswith("s"):
-        length = round(Fraction(match[1]) * rate)
-    else:
-        raise OptionError(f"expected a length such as 65%, 9.3s or 280f, found {text!r}")
-    if length < 2:
-        raise OptionError(f"a length of {text} is {length} frame{'s' * (length != 1)}; the output needs at least 2")
-    return length
-
-
-def parse_frame_range(text: str, n_frames: int, first_frame: int = 0) -> tuple[int, int]:
-    """Read a range of frames ``A:B``, both included, by the numbers that the file gives them.
-
-    Parameters
-    ----------
+    hours, minutes, seconds, frames : int
+        Its parts; minutes and seconds below 60.
+    drop : bool
+        Whether it counts as drop-frame timecode does.
     text : str
-        ``1:1980``, ``:500``, ``100:``.
-    n_frames : int
-        Frames there are.
-    first_frame : int
-        Number of the first one (AMC counts from 1, BVH from 0).
-
-    Returns
-    -------
-    start, stop : int
-        Half-open, counted from 0.
-
-    Raises
-    ------
-    OptionError
-        Not a range, or one that leaves the clip.
+        As it was written, for messages.
     """
-    match = _RANGE.fullmatch(text.strip())
-    if match is None:
-        raise OptionError(f"expected a range of frames such as 1:1980, found {text!r}")
-    last_frame = first_frame + n_frames - 1
-    first = first_frame if match[1] is None else int(match[1])
-    last = last_frame if match[2] is None else int(match[2])
-    if not first_frame <= first <= last <= last_frame:
-        raise OptionError(f"frames {text} are not inside the clip, whose frames are {first_frame}:{last_frame}")
-    return first - first_frame, last - first_frame + 1
+
+    hours: int
+    minutes: int
+    seconds: int
+    frames: int
+    drop: bool
+    text: str
+
+    def frame(self, rate: Fraction) -> int:
+        """Return the frame that it names, counted from 0 at 00:00:00:00.
+
+        Parameters
+        ----------
+        rate : Fraction
+            Frames a second of the clip.
+
+        Raises
+        ------
+        OptionError
+            This rate has no timecode, no drop-frame timecode, or none with this many frames.
+
+        Examples
+        --------
+        >>> Timecode(0, 0, 3, 15, drop=False, text="00:00:03:15").frame(Fraction(60))
+        195
+        >>> Timecode(0, 1, 0, 2, drop=True, text="00:01:00;02").frame(Fraction(30000, 1001))
+        1800
+        """
+        counted = counted_rate(rate)
+        if counted is None:
+            raise OptionError(
+                "a timecode needs a whole rate, or one such as 23.976 or 29.97, and the clip has "
+                f"{float(rate):.6g} Hz: write seconds or frames, found {self.text!r}"
+            )
+        if self.frames >= counted:
+            raise OptionError(
+                f"frames of a timecode go from 0 to {counted - 1} at {float(rate):.6g} Hz, found {self.text!r}"
+            )
+        minutes = 60 * self.hours + self.minutes
+        number = (60 * minutes + self.seconds) * counted + self.frames
+        if not self.drop:
+            return number
+        if rate.denominator != 1001 or counted % 30:
+            raise OptionError(
+                f"drop-frame timecode (with ;) is for 29.97 and 59.94 Hz, and the clip has {float(rate):.6g} Hz: "
+                f"write : before the frames, found {self.text!r}"
+            )
+        skipped = counted // 15
+        if self.seconds == 0 and self.frames < skipped and self.minutes % 10:
+            raise OptionError(
+                f"drop-frame timecode has no frames 0 to {skipped - 1} at the start of a minute that ten does not "
+                f"divide, found {self.text!r}"
+            )
+        return number - skipped * (minutes - minutes // 10)
 
 
-_SPEED = re.compile(rf"({_NUMBER})(?:/(\d+(?:\.\d*)?))?x?", re.ASCII)
-
-
-def parse_speed(text: str | float) -> float:
-    """Read a playback speed: ``2``, ``0.5``, ``1/4``, ``1.5x``.
-
-    Returns
-    -------
-    float
-        Above 0.
-
-    Raises
-    ------
-    OptionError
-        Not a speed above 0.
+def counted_rate(rate: Fraction) -> int | None:
+    """Return how many frames a timecode counts to its second, or None where the rate has no timecode.
 
     Examples
     --------
-    >>> parse_speed("1/4")
-    0.25
+    >>> counted_rate(Fraction(120)), counted_rate(Fraction(24000, 1001)), counted_rate(Fraction(25, 2))
+    (120, 24, None)
     """
-    match = _SPEED.fullmatch(str(text).strip())
-    if match is None or float(match[1]) <= 0 or (match[2] is not None and float(match[2]) == 0):
-        raise OptionError(f"expected a playback speed such as 2, 0.5 or 1/4, found {text!r}")
-    return float(match[1]) / float(match[2] or 1)
-
-
-def parse_speeds(text: str | float) -> tuple[float, float]:
-    """Read a range of playback speeds, ``1/4..8``, or one speed; either end may be left out (``..2``).
-
-    Returns
-    -------
-    slowest, fastest : float
-        0 and inf where left out.
-
-    Examples
-    --------
-    >>> parse_speeds("1/4..8"), parse_speeds("1")
-    ((0.25, 8.0), (1.0, 1.0))
-    """
-    low, dots, high = str(text).strip().partition("..")
-    if not dots:
-        speed = parse_speed(text)
-        return speed, speed
-    slowest = parse_speed(low) if low else 0.0
-    fastest = parse_speed(high) if high else math.inf
-    if slowest > fastest:
-        raise OptionError(f"a range of speeds has the slowest first; found {text!r}")
-    return slowest, fastest
+    if rate.denominator == 1:
+        return rate.numerator
+    counted = rate * 1001 / 1000
+    return counted.numerator if counted.denominator == 1 else None

@@ -11,10 +11,10 @@ from retime.brief import brief_repr
 from retime.errors import RetimeWarning
 from retime.formats.joint_map import read_joint_map
 from retime.formats.registry import read
+from retime.motion.grammar import parse_frame_range
 from retime.motion.kinematics import seems_z_up
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.motion.timecode import parse_frame_range
 from retime.project.document import ClipFile, CounterpartFile, Document, ReferenceFile
 from retime.project.faults import Fault, blaming
 from retime.warp.reference import Reference

@@ -10,14 +10,14 @@ import numpy as np
 
 from retime.brief import brief_repr
 from retime.errors import OptionError, RetimeWarning
+from retime.motion.grammar import parse_length, parse_speed
 from retime.motion.rate import parse_rate
-from retime.motion.timecode import parse_length, parse_speed
 from retime.project.document import Document, Key
 from retime.project.faults import Fault, blaming
 from retime.project.reader import AnyClip, Find, Reader, Sources, as_paths
 from retime.warp.control import Lock
 from retime.warp.curve import Warp
-from retime.warp.keytimes import as_keytimes, check_keytimes
+from retime.warp.keytimes import as_keytimes, asking_for_a_share, check_keytimes
 from retime.warp.result import GuidedWarp
 from retime.warp.session import Session
 from retime.warp.spline import linear_warp, spline_warp
@@ -83,7 +83,8 @@ class DocumentSolver:
                 raise OptionError(
                     f"a free length needs a search; the method {options.method} has none", option="length"
                 )
-            keytimes = check_keytimes(as_keytimes(clip, document.length, keys), clip.end_time)
+            with asking_for_a_share(clip, document.length):
+                keytimes = check_keytimes(as_keytimes(clip, document.length, keys), clip.end_time)
             warp = linear_warp(keytimes) if options.method == "linear" else spline_warp(keytimes, rate=float(clip.rate))
             return Solution(document, sources, replace(warp, name=clip.name), None)
         search = self._session(document, sources).solve(

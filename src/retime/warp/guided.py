@@ -27,12 +27,12 @@ def guided_warp(
     motion: Clip | ArrayLike | Sequence[Clip],
     *,
     reference: Clip | ArrayLike | Reference | Sequence[Clip | Reference] | None = None,
-    length: str | int | None = None,
-    min_length: str | int | None = None,
-    max_length: str | int | None = None,
+    length: str | float | None = None,
+    min_length: str | float | None = None,
+    max_length: str | float | None = None,
     free_weight: FreeWeight = "neutral",
-    keys: Sequence[Sequence[float | str | None]] = (),
-    locks: Sequence[Lock] = (),
+    keys: Sequence[str | Sequence[float | str | None]] = (),
+    locks: Sequence[Lock | str] = (),
     speed: str | Sequence[float | str] | None = None,
     smoothness: float = 0.0,
     influence: ArrayLike = 1.0,
@@ -58,19 +58,20 @@ def guided_warp(
     reference : Motion, Signal, array, Reference, or sequence of them, optional
         Moves with the timing that is wanted. Left out: the input itself. A `Reference` carries a weight, a mirror
         image, and a map of joints where the skeletons differ.
-    length : str or int, optional
-        Length of the output: ``"65%"``, ``"9.3s"``, ``"280f"`` or 280 (frames at the input's rate), or ``"free"``:
-        the search finds it (§4.2). Left out: after the last key the input plays on at its own speed.
-    min_length, max_length : str or int, optional
+    length : str or float, optional
+        Length of the output: ``"65%"``, seconds (9.3, ``"9.3"``, ``"0:09.300"``), frames at the input's rate
+        (``"280f"``), a timecode, or ``"free"``: the search finds it (§4.2). An int is refused, for it once meant
+        frames. Left out: after the last key the input plays on at its own speed.
+    min_length, max_length : str or float, optional
         Bounds on a free length.
     free_weight : {"neutral", "sum"}
         How a free length weighs frames: ``sum`` is the paper's plain sum, which favours short results; ``neutral``
         weighs each by the square root of its speed.
-    keys : sequence of (input time, output time) or (input time, output time, speed)
-        More keytimes, in seconds or as text (``"120f"``), with a tangent where a speed is given; the clip's ends
-        are added. Equal input times hold, decreasing ones run backward.
-    locks : sequence of Lock
-        Spans of the input that play at a given speed, or in a range of speeds.
+    keys : sequence of (input time, output time), (input time, output time, speed) or str
+        More keytimes, in seconds or as text (``"120f"``; a whole key is ``"120f=1.5@1/2"``), with a tangent where a
+        speed is given; the clip's ends are added. Equal input times hold, decreasing ones run backward.
+    locks : sequence of Lock or str
+        Spans of the input that play at a given speed, or in a range of speeds; as text ``"2.1..3.4=1/2..1"``.
     speed : (slowest, fastest), optional
         Slowest and fastest playback speed, numbers or text (``"1/2"``); or both in a text,
         ``"1/2..4"``. Sets `upsample` and `max_skip` where those are left out.

@@ -31,7 +31,7 @@ def imitate(
     example: tuple[int, int],
     hand: WarpLike,
     *,
-    length: str | int | None = "free",
+    length: str | float | None = "free",
     **options: Any,
 ) -> GuidedWarp:
     """Find the warp that gives a whole clip the timing that a stretch of it was given by hand.
@@ -48,7 +48,7 @@ def imitate(
         The stretch: first frame and the one after its last, counted from 0, as in ``motion.frames(start, stop)``.
     hand : Warp or GuidedWarp
         Its timing, found by whatever means. Input time 0 is the stretch's first frame.
-    length : str, int or None
+    length : str, float or None
         As `guided_warp` has it; "free" where left out, for the hand's warp says how fast, not how long.
     **options
         The other options of `guided_warp`, but for `reference`.

@@ -7,9 +7,11 @@ one frame repeated where a span holds. One search then meets all keytimes at onc
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -17,17 +19,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.brief import brief_repr, kind_of
-from retime.errors import InfeasibleWarpError, OptionError
+from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.kernels import FloatArray, IntArray
+from retime.motion.grammar import factor_hint, parse_length, parse_speed, parse_time, read_key
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.motion.timecode import parse_length, parse_speed, parse_time
 from retime.warp.curve import Keytime, Warp, check_speed
 
 # Of the unrolled input: weeks of motion, or a slow-down that no clip needs.
 MOST_FRAMES = 50_000_000
 # Mean playback speed of a span.
 SLOWEST_SEARCHED = 1 / 32
+# A length this many times shorter than the input may have been meant as a factor.
+_HARDLY_MEANT = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +130,7 @@ def refuse_single_frame(motion: Motion | Signal) -> None:
 
 
 def as_keytimes(
-    motion: Motion | Signal, length: str | int | None, keys: Sequence[Sequence[float | str | None] | Keytime]
+    motion: Motion | Signal, length: str | float | None, keys: Sequence[str | Sequence[float | str | None] | Keytime]
 ) -> tuple[Keytime, ...]:
     """Turn a length and keys as people write them into keytimes, ends included.
 
@@ -134,11 +138,11 @@ def as_keytimes(
     ----------
     motion : Motion or Signal
         The input.
-    length : str or int, optional
-        Of the output (`retime.motion.timecode.parse_length`); ``"free"`` leaves it to the search. Left out: after
+    length : str or float, optional
+        Of the output (`retime.motion.grammar.parse_length`); ``"free"`` leaves it to the search. Left out: after
         the last key the input plays on at its own speed.
-    keys : sequence of (input time, output time), (input time, output time, speed) or Keytime
-        Seconds, or text such as ``"120f"``; the speed is a tangent.
+    keys : sequence of (input time, output time), (input time, output time, speed), str or Keytime
+        Seconds, or text such as ``"120f"``; the speed is a tangent. A whole key as text is ``"IN=OUT@SPEED"``.
 
     Returns
     -------
@@ -193,15 +197,37 @@ def as_keytimes(
     return _without_doubles(pairs)
 
 
-def _as_keytime(key: Sequence[float | str | None], rate: Fraction) -> Keytime:
+@contextlib.contextmanager
+def asking_for_a_share(motion: Motion | Signal, length: str | float | None) -> Iterator[None]:
+    """Ask, where a bare length such as 0.65 (seconds) leaves hardly anything of the input, whether 65 % was meant.
+
+    Nobody who meant the seconds is stopped: an error gets the question added, and success a warning.
+
+    Warns
+    -----
+    RetimeWarning
+        The length is a bare number of seconds, so small that a share may have been meant.
+    """
+    hint = factor_hint(length)
+    try:
+        yield
+    except InfeasibleWarpError as error:
+        error.args = (f"{str(error).removesuffix('.')}{hint}.",) if hint else error.args
+        raise
+    if hint and length is not None:
+        share = parse_length(length, motion.n_frames, motion.rate) / motion.n_frames
+        if share * _HARDLY_MEANT < 1:
+            warnings.warn(
+                f"a length of {length} is {length} seconds, {share:.1%} of the input{hint}", RetimeWarning, stacklevel=4
+            )
+
+
+def _as_keytime(key: str | Sequence[float | str | None], rate: Fraction) -> Keytime:
     """Read one key as people write it."""
-    if (
-        isinstance(key, str)
-        or not isinstance(key, Sequence | np.ndarray)
-        or len(key) not in (2, 3)
-        or key[0] is None
-        or key[1] is None
-    ):
+    if isinstance(key, str):
+        input_time, output_time, *tangent = read_key(key).at(rate)
+        return Keytime(input_time=input_time, output_time=output_time, speed=tangent[0] if tangent else None)
+    if not isinstance(key, Sequence | np.ndarray) or len(key) not in (2, 3) or key[0] is None or key[1] is None:
         raise OptionError(
             f"a key is (input time, output time), with a speed where it has a tangent; found {key!r}", option="keys"
         )

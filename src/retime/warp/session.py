@@ -13,6 +13,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Literal, get_args
 
 import numpy as np
@@ -24,8 +25,8 @@ from retime.checks import real, whole
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import FloatArray, IntArray
 from retime.motion.first_frames import hint_at_first_frames
+from retime.motion.grammar import parse_length, parse_speed, parse_speeds, read_lock
 from retime.motion.rate import parse_rate
-from retime.motion.timecode import parse_length, parse_speed, parse_speeds
 from retime.warp import control
 from retime.warp.clips import Clip, as_clips, as_references
 from retime.warp.control import BoolArray, Lock
@@ -35,6 +36,7 @@ from retime.warp.fit import Wishes, reduce_to_fit
 from retime.warp.keytimes import (
     Reduction,
     as_keytimes,
+    asking_for_a_share,
     check_keytimes,
     knots_of_path,
     nearest_frame,
@@ -131,12 +133,12 @@ class Session:
     def solve(
         self,
         *,
-        length: str | int | None = None,
-        min_length: str | int | None = None,
-        max_length: str | int | None = None,
+        length: str | float | None = None,
+        min_length: str | float | None = None,
+        max_length: str | float | None = None,
         free_weight: FreeWeight = "neutral",
-        keys: Sequence[Sequence[float | str | None]] = (),
-        locks: Sequence[Lock] = (),
+        keys: Sequence[str | Sequence[float | str | None]] = (),
+        locks: Sequence[Lock | str] = (),
         speed: str | Sequence[float | str] | None = None,
         smoothness: float = 0.0,
         influence: ArrayLike = 1.0,
@@ -159,7 +161,7 @@ class Session:
         if (
             isinstance(locks, Lock | str)
             or not isinstance(locks, Sequence)
-            or not all(isinstance(one, Lock) for one in locks)
+            or not all(isinstance(one, Lock | str) for one in locks)
         ):
             raise OptionError(
                 f"locks are a sequence of Lock, as in locks=[Lock(6.12, 6.52)]; found {kind_of(locks)}", option="locks"
@@ -179,21 +181,22 @@ class Session:
         wishes = Wishes(
             self.motion.end_time,
             float(1 / self.motion.rate),
-            tuple(locks),
+            tuple(_lock(lock, i, self.motion.rate) for i, lock in enumerate(locks)),
             tuple(key.speed for key in keytimes if key.speed is not None),
             slowest,
             fastest,
         )
-        reduction, max_skip = reduce_to_fit(
-            keytimes,
-            wishes,
-            rate=self.rate,
-            itself=self.itself,
-            loop=loop,
-            upsample=upsample,
-            max_skip=max_skip,
-            counts=lambda reduction: self._length_range(bounds, reduction),
-        )
+        with asking_for_a_share(self.motion, length):
+            reduction, max_skip = reduce_to_fit(
+                keytimes,
+                wishes,
+                rate=self.rate,
+                itself=self.itself,
+                loop=loop,
+                upsample=upsample,
+                max_skip=max_skip,
+                counts=lambda reduction: self._length_range(bounds, reduction),
+            )
         locked, allowed = wishes.locked(reduction, max_skip), wishes.allowed(reduction, max_skip)
         counts = self._length_range(bounds, reduction) if free else None
 
@@ -275,14 +278,14 @@ class Session:
             seconds=seconds,
         )
 
-    def _length_bounds(self, least: str | int | None, most: str | int | None) -> tuple[int, int | None]:
+    def _length_bounds(self, least: str | float | None, most: str | float | None) -> tuple[int, int | None]:
         """Bounds on a free length, in frames of the motion."""
         low, high = (self._bound("min_length", least), self._bound("max_length", most))
         if low is not None and high is not None and low > high:
             raise OptionError(f"the least length, {least}, is more than the most, {most}", option="max_length")
         return low or 2, high
 
-    def _bound(self, option: str, text: str | int | None) -> int | None:
+    def _bound(self, option: str, text: str | float | None) -> int | None:
         if text is None:
             return None
         try:
@@ -416,6 +419,16 @@ class Session:
                     option="search",
                 ) from None
         return self._model_at[rate]
+
+
+def _lock(lock: Lock | str, item: int, rate: Fraction) -> Lock:
+    """Read a lock where it is text."""
+    if not isinstance(lock, str):
+        return lock
+    try:
+        return Lock(*read_lock(lock).at(rate))
+    except OptionError as error:
+        raise OptionError(str(error), option="locks", item=item) from None
 
 
 def _check_loop(keytimes: Sequence[Keytime], search: str) -> None:

@@ -93,7 +93,7 @@ def test_nothing_binding_and_no_scores_draw_too() -> None:
 
 def test_a_search_with_keys_a_hold_and_a_lock_shows_them_and_writes_the_same_bytes(tmp_path: Path) -> None:
     signal = ramp()
-    result = guided_warp(signal, length=240, keys=[(1.0, 0.8), (1.0, 1.1)], locks=[Lock(2.0, 2.5, 0.5, 0.5)])
+    result = guided_warp(signal, length="240f", keys=[(1.0, 0.8), (1.0, 1.1)], locks=[Lock(2.0, 2.5, 0.5, 0.5)])
     explanation = result.explain()
     assert {"key", "hold", "lock"} <= set(lanes_of(explanation))
     ((start, stop),) = binding_intervals(explanation, "hold")
