@@ -1,7 +1,8 @@
-"""The same request gives the same path on one thread and two, with wide vectors and narrow, compiled and in NumPy."""
+"""The same request gives the same bits on one thread and two, with wide vectors and narrow, compiled and in NumPy."""
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -43,7 +44,25 @@ SETTINGS = {
     "AVX2": {"RETIME_SIMD": "avx2"},
     "no wide vectors": {"RETIME_SIMD": "plain"},
     "NumPy": {"RETIME_BACKEND": "numpy"},
+    # What NumPy multiplies matrices with has other kernels for other processors.
+    "an old processor": {"OPENBLAS_CORETYPE": "Prescott"},
 }
+HERE = Path(__file__).parent
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_the_sample_gives_the_paths_and_warps_that_are_committed(setting: str) -> None:
+    if not compiled_available() and setting != "NumPy":
+        pytest.skip("the compiled kernels were not built")
+    done = subprocess.run(
+        [sys.executable, str(HERE / "sample_warps.py")],
+        env=os.environ | SETTINGS[setting],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == json.loads((HERE / "sample_digests.json").read_text(encoding="utf-8"))
 
 
 def test_every_clip_gives_the_same_bits_and_the_same_path_everywhere(mocap: Path, tmp_path: Path) -> None:
