@@ -20,7 +20,7 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -type f -print 2>/d
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check format lint types scripts docs bench study lock clean FORCE
+.PHONY: help install page demo test check core format lint types scripts docs bench study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -65,6 +65,17 @@ scripts:
 	@echo "Found no npm: the page's scripts are not checked"
 endif
 
+# An environment with the oldest NumPy that serves, the wheel, and nothing else: not even what the command line needs.
+CORE := $(VENV)/core
+core: $(INSTALLED)  ## Use the core with NumPy alone, the oldest that serves, as inside Blender
+	rm -rf $(CORE)
+	$(PY) -m venv $(CORE)/env
+	$(PIP) --python $(CORE)/env/bin/python install --quiet --require-hashes --only-binary :all: -r requirements/core.txt
+	$(PIP) wheel --quiet --no-deps --no-build-isolation --wheel-dir $(CORE) .
+	$(PIP) --python $(CORE)/env/bin/python install --quiet --no-deps $(CORE)/retime-*.whl
+	$(CORE)/env/bin/python tests/core_alone.py
+	RETIME_BACKEND=numpy $(CORE)/env/bin/python tests/core_alone.py
+
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py; do $(PY) $$script; done
 
@@ -86,6 +97,7 @@ lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the ne
 	$(PIP) install --quiet uv
 	$(UV_LOCK) --extra plot --extra edit --extra notebook --extra pandas --group dev --output-file requirements/dev.txt
 	$(UV_LOCK) --group bench --constraints requirements/dev.txt --output-file requirements/bench.txt
+	$(subst compile pyproject.toml,compile --group core,$(UV_LOCK)) --output-file requirements/core.txt
 
 clean:  ## Remove all that was made, .venv too
 	rm -rf $(VENV) build dist out .mypy_cache .ruff_cache .pytest_cache .hypothesis web/node_modules $(dir $(PAGE))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.warp.curve import Keytime, Warp
-from retime.warp.spline import linear_warp, spline_warp
+from retime.warp.spline import linear_warp, pchip_slopes, spline_warp
 
 
 def drawn_keys(seed: int, *, forward: bool) -> list[Keytime]:
@@ -46,6 +46,43 @@ def test_both_meet_every_keytime_exactly_and_never_leave_its_neighbours(seed: in
             assert (moves >= 0).all()
             if before.input_time == after.input_time:
                 assert (warp.input_times[inside] == before.input_time).all()
+
+
+@settings(max_examples=100)
+@given(st.integers(0, 2**32 - 1), st.booleans())
+def test_without_tangents_it_is_scipys_pchip_to_the_bit(seed: int, forward: bool) -> None:
+    from scipy.interpolate import PchipInterpolator
+
+    keys = drawn_keys(seed, forward=forward)
+    pchip = PchipInterpolator([key.output_time for key in keys], [key.input_time for key in keys])
+    warp = spline_warp(keys, rate=60)
+    inside = ~np.isin(warp.output_times, [key.output_time for key in keys])
+    np.testing.assert_array_equal(warp.input_times[inside], pchip(warp.output_times[inside]))
+
+
+@pytest.mark.parametrize(
+    "input_times",
+    [
+        [0.0, 1.0],
+        [1.0, 1.0],
+        [0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 1.0, 2.0],
+        [0.0, 1.0, 0.0, 1.0],
+        [0.0, 1e-300, 1.0, 1e9],
+        [0.0, 5.0, 5.1, 5.1, 4.0, -100.0],
+        [0.0, 0.01, -5.0],
+        [0.0, 5e-324, 1.0],
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("widths", [1.0, 1e-3, 0.3])
+def test_slopes_are_those_of_pchip(input_times: list[float], widths: float) -> None:
+    from scipy.interpolate import PchipInterpolator
+
+    output_times = np.cumsum(widths ** (1 + np.arange(len(input_times)) % 3))
+    with np.errstate(over="ignore"):
+        expected = PchipInterpolator(output_times, input_times)(output_times, 1)
+    np.testing.assert_allclose(pchip_slopes(output_times, np.array(input_times)), expected, rtol=1e-12, atol=1e-12)
 
 
 def test_linear_has_one_speed_a_span() -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # The extras of pyproject.toml, and the package that each brings.
 EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget", "pandas": "pandas"}
-_PACKAGES = ("numpy", "scipy", "click")
+_PACKAGES = ("numpy", "click")
 _NAMES_SHOWN = 4
 
 

@@ -76,24 +76,67 @@ def spline_warp(keytimes: Sequence[KeytimeLike], *, rate: str | float | Fraction
     >>> warp.speed([0.9999, 1.0]).round(2).tolist()
     [2.0, 2.0]
     """
-    from scipy.interpolate import PchipInterpolator
-
     ordered = _ordered(keytimes)
     output_times = np.array([key.output_time for key in ordered])
     input_times = np.array([key.input_time for key in ordered])
     start, end = output_times[0], output_times[-1]
     n_knots = max(2, round((end - start) * float(parse_rate(rate))) + 1)
     times = add_times(output_times, np.linspace(start, end, n_knots))
-    spline = PchipInterpolator(output_times, input_times)
-    if all(key.speed is None for key in ordered):
-        values = np.asarray(spline(times))
-    else:
-        values = _hermite(output_times, input_times, *_slopes(ordered, np.asarray(spline(output_times, 1))), times)
+    begin, end_slopes = _with_tangents(ordered, pchip_slopes(output_times, input_times))
+    values = _cubics(output_times, input_times, begin, end_slopes, times)
     values[np.searchsorted(times, output_times)] = input_times
     return Warp(times, values, ordered, method="spline")
 
 
-def _slopes(keytimes: Sequence[Keytime], slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
+def pchip_slopes(output_times: FloatArray, input_times: FloatArray) -> FloatArray:
+    """Choose slopes with which cubics through points turn back nowhere but at a point (Fritsch and Butland 1984).
+
+    Inside, a weighted harmonic mean of the mean speeds on either side, or 0 where those differ in sign; at each end,
+    the slope there of the parabola through the three nearest points, limited.
+
+    Parameters
+    ----------
+    output_times : float array, shape (n,)
+        Increasing; at least two.
+    input_times : float array, shape (n,)
+        Any.
+
+    Returns
+    -------
+    float array, shape (n,)
+
+    Examples
+    --------
+    >>> pchip_slopes(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 3.0])).round(3).tolist()
+    [0.5, 1.333, 2.5]
+    """
+    widths = np.diff(output_times)
+    means = np.diff(input_times) / widths
+    if len(means) == 1:
+        return np.repeat(means, 2)
+    before, after = 2 * widths[1:] + widths[:-1], widths[1:] + 2 * widths[:-1]
+    slopes = np.zeros(len(output_times))
+    inner = np.sign(means[:-1]) * np.sign(means[1:]) > 0
+    # Beside a mean speed too small to divide by, the slope is 0: one over infinity.
+    with np.errstate(over="ignore"):
+        harmonic = (before[inner] / means[:-1][inner] + after[inner] / means[1:][inner]) / (before + after)[inner]
+    slopes[1:-1][inner] = 1 / harmonic
+    slopes[0] = _end_slope(widths[0], widths[1], means[0], means[1])
+    slopes[-1] = _end_slope(widths[-1], widths[-2], means[-1], means[-2])
+    return slopes
+
+
+def _end_slope(width: float, next_width: float, mean: float, next_mean: float) -> float:
+    """Choose the slope at an end from the mean speeds of the two spans next to it."""
+    slope = ((2 * width + next_width) * mean - width * next_mean) / (width + next_width)
+    if np.sign(slope) != np.sign(mean):
+        return 0.0
+    if np.sign(mean) != np.sign(next_mean) and abs(slope) > 3 * abs(mean):
+        return 3 * mean
+    return slope
+
+
+def _with_tangents(keytimes: Sequence[Keytime], slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Put tangents into the slopes at keytimes; return the slopes with which each span begins and ends."""
     means = np.array(
         [(b.input_time - a.input_time) / (b.output_time - a.output_time) for a, b in itertools.pairwise(keytimes)]
@@ -118,16 +161,18 @@ def _slopes(keytimes: Sequence[Keytime], slopes: FloatArray) -> tuple[FloatArray
     return begin, end
 
 
-def _hermite(
+def _cubics(
     output_times: FloatArray, input_times: FloatArray, begin: FloatArray, end: FloatArray, times: FloatArray
 ) -> FloatArray:
     """Evaluate cubics through the keytimes that begin and end each span with the given slopes."""
     span = np.clip(np.searchsorted(output_times, times, side="right") - 1, 0, len(output_times) - 2)
-    width = np.diff(output_times)[span]
-    rise = np.diff(input_times)[span]
-    t = (times - output_times[span]) / width
-    a, b = begin[span] * width - rise, rise - end[span] * width
-    return np.asarray(input_times[span] + t * (rise + (1 - t) * (a * (1 - t) + b * t)))
+    widths = np.diff(output_times)
+    means = np.diff(input_times) / widths
+    excess = (begin + end - 2 * means) / widths
+    cubic, square = (excess / widths)[span], ((means - begin) / widths - excess)[span]
+    t = times - output_times[span]
+    # In this order the bits are those of scipy's PchipInterpolator, by which versions before were made.
+    return np.asarray(input_times[span] + begin[span] * t + square * (t * t) + cubic * (t * t * t))
 
 
 def _ordered(keytimes: Sequence[KeytimeLike]) -> tuple[Keytime, ...]:
