@@ -250,7 +250,7 @@ def test_frames_of_the_clip_itself_can_be_the_reference(told) -> None:
         (["--length", "free", "--method", "linear"], "needs a search"),
         (["--joints", "nose"], "nose"),
         (["--joint-weight", "pan"], "LeftHand=2"),
-        (["--joint-weight", "pan=-1"], "a number of at least 0"),
+        (["--joint-weight", "pan=-1"], "a plain number of at least 0"),
         (["--key", "1=0.8@0"], "playback speed"),
         (["--mirror"], "mirror"),
         (["--joint-map", "x.json"], "--joint-map needs --reference"),

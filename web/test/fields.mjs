@@ -49,6 +49,20 @@ try {
   await editor.frames(4);
   assert.notEqual(await drawn(), above);
 
+  // What says nothing is refused at once, with what would; Escape brings the old value back.
+  const length = page.getByLabel("Length", { exact: true });
+  const before = await length.inputValue();
+  await length.fill("1:75");
+  await length.press("Enter");
+  const refused = page.locator(".row .refused").filter({ hasText: "minutes and seconds after a colon stay below 60" });
+  await refused.waitFor();
+  assert.equal(await length.getAttribute("aria-invalid"), "true");
+  await shot("refused");
+  await length.press("Escape");
+  await until(() => length.getAttribute("aria-invalid"), null);
+  assert.equal(await length.inputValue(), before);
+  await refused.waitFor({ state: "hidden" });
+
   // A free length and its bounds; a value that can't be is told beside its field.
   assert.equal(await page.getByLabel("At least", { exact: true }).isVisible(), false);
   await editor.setField("Length", "free");

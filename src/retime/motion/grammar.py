@@ -540,13 +540,14 @@ def parse_number(
     (4.0, 2.0)
     """
     number = _plain_number(text)
-    written = str(text).strip()
+    # People's sign for "times".
+    written = str(text).strip().replace("×", "x")
     if unit and written.lower().endswith(unit.lower()):
         written = written[: -len(unit)].rstrip()
     if _PLAIN.fullmatch(written):
         number = Fraction(written)
     if number is None or number < least or (above and number == least) or (whole and number.denominator != 1):
-        kind = "a whole number" if whole else "a number"
+        kind = "a whole number" if whole else "a plain number"
         bound = f"above {least:g}" if above else f"of at least {least:g}"
         raise OptionError(f"expected {kind} {bound}, found {_shown(text)}")
     return float(number)

@@ -1,19 +1,22 @@
 /** Fields of the side: typed values that answer to Enter, and show what the document holds while nobody types. */
 
 import { make, setAttribute, setText } from "../dom";
+import { GrammarError } from "../grammar";
 
 let count = 0;
 
 export interface Field {
   readonly row: HTMLElement;
   readonly input: HTMLInputElement;
+  /** What is wrong, said; in the row, or where the input alone was put. */
+  readonly trouble: HTMLElement;
   /** Show a value, unless someone is typing another. */
   show(text: string): void;
   /** Say what is wrong with the value that is shown; null: nothing. */
   blame(message: string | null): void;
 }
 
-/** A field for text; `commit` returns whether it understood what was typed. */
+/** A field for text; `commit` returns whether it understood what was typed, or throws what is wrong with it. */
 export function textField(label: string, hint: string, commit: (text: string) => boolean): Field {
   const id = `retime-field-${++count}`;
   const input = make("input", {
@@ -27,10 +30,30 @@ export function textField(label: string, hint: string, commit: (text: string) =>
   const trouble = make("p", { id: `${id}-trouble`, class: "refused", hidden: true });
   let shown = "";
   let refused = false;
-  const mark = (): void => setAttribute(input, "aria-invalid", refused || !trouble.hidden ? "true" : null);
+  // What is wrong with what was typed, and, said by the server, with what is shown.
+  let misread: string | null = null;
+  let blamed: string | null = null;
+  const mark = (): void => {
+    const message = misread ?? blamed;
+    setText(trouble, message ?? "");
+    trouble.hidden = message === null;
+    setAttribute(input, "aria-describedby", message === null ? null : trouble.id);
+    setAttribute(input, "aria-invalid", refused || message !== null ? "true" : null);
+  };
+  const accept = (): void => {
+    refused = false;
+    misread = null;
+  };
   const take = (): void => {
     input.dataset.typing = "false";
-    refused = input.value !== shown && !commit(input.value.trim());
+    accept();
+    try {
+      refused = input.value !== shown && !commit(input.value.trim());
+    } catch (error) {
+      if (!(error instanceof GrammarError)) throw error;
+      refused = true;
+      misread = error.message;
+    }
     mark();
   };
   input.addEventListener("change", take);
@@ -41,7 +64,7 @@ export function textField(label: string, hint: string, commit: (text: string) =>
     if (event.key === "Escape") {
       input.dataset.typing = "false";
       input.value = shown;
-      refused = false;
+      accept();
       mark();
       input.blur();
     }
@@ -53,21 +76,20 @@ export function textField(label: string, hint: string, commit: (text: string) =>
   return {
     row: make("div", { class: "row" }, make("label", { for: id }, label), input, trouble),
     input,
+    trouble,
     show(text) {
       if (text === shown && input.value === text) return;
       shown = text;
       const focused = document.activeElement === input;
       if (focused && input.dataset.typing === "true") return;
-      refused = false;
+      accept();
       mark();
       if (input.value === text) return;
       input.value = text;
       if (focused) input.select();
     },
     blame(message) {
-      setText(trouble, message ?? "");
-      trouble.hidden = message === null;
-      setAttribute(input, "aria-describedby", message === null ? null : trouble.id);
+      blamed = message;
       mark();
     },
   };

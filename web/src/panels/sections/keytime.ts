@@ -25,19 +25,16 @@ export function keytimeSection({ store, connection }: Side): Section {
     "Delete keytime (Delete)",
   );
   const { root, heading, body } = frame("Keytime", remove);
-  const output = textField("Output at", "Seconds, 105f, or 1:03.5", (text) => {
-    const value = parseTime(text, store.rate);
-    return value !== null && change({ output_time: value }, "move key");
-  });
-  const input = textField("Shows input", "Seconds, 150f, or 1:03.5", (text) => {
-    const value = parseTime(text, store.rate);
-    return value !== null && change({ input_time: value }, "move key");
-  });
+  const output = textField("Output at", "Seconds, 105f, 1:03.5, or timecode 00:01:03:12", (text) =>
+    change({ output_time: parseTime(text, store.rate) }, "move key"),
+  );
+  const input = textField("Shows input", "Seconds, 150f, 1:03.5, or timecode 00:01:03:12", (text) =>
+    change({ input_time: parseTime(text, store.rate) }, "move key"),
+  );
   const hint = "How fast the clip plays there (the tangent): 1, 0.5, 1/2 or 50%. Empty: as it comes";
   const speed = textField("Speed", hint, (text) => {
     if (text === "" || text === "free") return change({ speed: null }, "free speed at key");
-    const value = parseSpeed(text);
-    return value !== null && change({ speed: value }, "set speed at key");
+    return change({ speed: parseSpeed(text) }, "set speed at key");
   });
   speed.input.placeholder = "free";
   const note = make("p", { class: "note" });

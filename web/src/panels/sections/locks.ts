@@ -3,7 +3,7 @@
 import { deleteItem } from "../../deleting";
 import { addLock, changeLock, findLock } from "../../document";
 import { make } from "../../dom";
-import { parseSpeeds, parseTime, speedsText } from "../../grammar";
+import { parseLockSpeeds, parseTime, speedsText } from "../../grammar";
 import { clamp } from "../../scale";
 import { iconButton } from "../buttons";
 import { textField } from "../fields";
@@ -67,20 +67,16 @@ function lockRow({ store, connection }: Side, id: string): LockRow {
     connection.edit(changeLock(documentOf(store), id, part), "change lock");
     return true;
   };
-  const from = textField("From", "Input time at which it begins", (text) => {
-    const value = parseTime(text, store.rate);
-    return value !== null && change({ start: value });
-  });
-  const to = textField("To", "Input time at which it ends", (text) => {
-    const value = parseTime(text, store.rate);
-    return value !== null && change({ end: value });
-  });
+  const from = textField("From", "Input time at which it begins", (text) =>
+    change({ start: parseTime(text, store.rate) }),
+  );
+  const to = textField("To", "Input time at which it ends", (text) => change({ end: parseTime(text, store.rate) }));
   const speed = textField(
     "Speed",
-    "The speed it plays at: 1, a range such as 0.5-2, or uncut (slowed down, never sped up)",
+    "The speed it plays at: 1, a range such as 0.5..2, or uncut (slowed down, never sped up)",
     (text) => {
-      const speeds = parseSpeeds(text);
-      return speeds !== null && change({ slowest: speeds[0], fastest: speeds[1] });
+      const [slowest, fastest] = parseLockSpeeds(text);
+      return change({ slowest, fastest });
     },
   );
   for (const [field, name] of [
@@ -92,7 +88,17 @@ function lockRow({ store, connection }: Side, id: string): LockRow {
     field.input.addEventListener("focus", () => store.select({ kind: "lock", id }));
   }
   const remove = iconButton("trash", "Delete lock", () => deleteItem(store, connection, { kind: "lock", id }));
-  const root = make("div", { class: "lock" }, from.input, to.input, speed.input, remove);
+  const root = make(
+    "div",
+    { class: "lock" },
+    from.input,
+    to.input,
+    speed.input,
+    remove,
+    from.trouble,
+    to.trouble,
+    speed.trouble,
+  );
   return {
     root,
     update() {

@@ -37,9 +37,7 @@ export function readingFields(
   );
   up.select.setAttribute("aria-label", `${whose}: axis that is up`);
   const fps = textField("Rate, Hz", "Frames a second: 30, 29.97 or 30000/1001. Empty: as the file says", (text) => {
-    const rate = text === "" ? null : parseRate(text);
-    if (text !== "" && rate === null) return false;
-    change({ fps: rate });
+    change({ fps: text === "" ? null : parseRate(text) });
     return true;
   });
   fps.input.placeholder = "as the file says";

@@ -2,7 +2,7 @@
 
 import type { Connection } from "../../connection";
 import { make, setText } from "../../dom";
-import { parseTime } from "../../grammar";
+import { GrammarError, parseNumber, parseTime } from "../../grammar";
 import type { Document, ReferenceFile } from "../../messages";
 import { changeReference, referencesOf, setCounterpart, setReferenceFile, setReferenceRange } from "../../references";
 import type { Store } from "../../store";
@@ -110,11 +110,14 @@ export class ReferenceDetails {
       (side: "start" | "end") =>
       (text: string): boolean => {
         const span = referenceSpan(store);
-        const value = parseTime(text, span?.clip.rate ?? store.rate);
-        if (!span || value === null) return false;
+        if (!span) return false;
+        const value = parseTime(text, span.clip.rate);
         const start = side === "start" ? value : span.start;
         const end = side === "end" ? value : span.end;
-        if (start < -1e-6 || end > span.lastTime + 1e-6 || end - start < 3 / span.clip.rate) return false;
+        if (start < -1e-6 || end > span.lastTime + 1e-6 || end - start < 3 / span.clip.rate) {
+          const last = span.lastTime.toFixed(2);
+          throw new GrammarError(`expected a stretch of 4 frames or more, from 0 to ${last} s, found '${text}'`);
+        }
         const range = frameRange(span, start, end);
         this.edit(setReferenceRange(this.document, this.index, range), "choose reference range");
         return true;
@@ -129,7 +132,7 @@ export class ReferenceDetails {
     );
     const pair = make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input, all);
     return {
-      root: row("Imitated", pair),
+      root: row("Imitated", pair, from.trouble, to.trouble),
       update: () => {
         const span = referenceSpan(store);
         const { first_frame, last_frame } = this.reference;
@@ -143,9 +146,7 @@ export class ReferenceDetails {
   private weight(): Part {
     const hint = "How much it counts beside the others: 2 makes its poses look twice as near";
     const weight = textField("Weight", hint, (text) => {
-      const value = Number(text.replace(/[×x]$/u, ""));
-      if (!(Number.isFinite(value) && value > 0)) return false;
-      this.change({ weight: value }, "set reference weight");
+      this.change({ weight: parseNumber(text, { above: true, unit: "x" }) }, "set reference weight");
       return true;
     });
     return {

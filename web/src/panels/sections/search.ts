@@ -2,7 +2,7 @@
 
 import { setOption } from "../../document";
 import { make, setText } from "../../dom";
-import { parseRate, rateValue } from "../../grammar";
+import { GrammarError, parseNumber, parseRate, rateValue } from "../../grammar";
 import { check, choice, type Field, textField } from "../fields";
 import { documentOf, frame, type Section, type Side } from "./section";
 
@@ -20,6 +20,8 @@ interface NumberOption {
   readonly usual: string;
   readonly least: number;
   readonly whole: boolean;
+  /** May be typed after it. */
+  readonly unit?: string;
 }
 
 /** Numbers that few people need. */
@@ -31,6 +33,7 @@ const NUMBERS: readonly NumberOption[] = [
     usual: "0.2 s",
     least: 0,
     whole: false,
+    unit: "s",
   },
   {
     name: "low_pass",
@@ -39,6 +42,7 @@ const NUMBERS: readonly NumberOption[] = [
     usual: "4 Hz",
     least: 0,
     whole: false,
+    unit: "Hz",
   },
   {
     name: "n_neighbors",
@@ -137,8 +141,9 @@ function rateField({ store, connection, faults }: Side): Field {
     `${FASTEST_SEARCH} at most. Empty: 30. The output keeps the clip's own`;
   const field = textField("Search rate", hint, (text) => {
     const value = text === "" ? null : parseRate(text);
-    const hertz = value === null ? Number.NaN : rateValue(value);
-    if (text !== "" && !(hertz >= 1 && hertz <= FASTEST_SEARCH)) return false;
+    if (value !== null && !(rateValue(value) >= 1 && rateValue(value) <= FASTEST_SEARCH)) {
+      throw new GrammarError(`expected a rate from 1 to ${FASTEST_SEARCH} Hz, found '${text}'`);
+    }
     connection.edit(setOption(documentOf(store), "rate", value), "set search rate");
     return true;
   });
@@ -170,11 +175,9 @@ function moreNumbers(side: Side): Section {
 }
 
 function numberField({ store, connection, faults }: Side, option: NumberOption): Field {
-  const { name, label, hint, usual, least, whole } = option;
+  const { name, label, hint, usual, least, whole, unit = "" } = option;
   const field = textField(label, `${hint}. Empty: ${usual}`, (text) => {
-    const value = text === "" ? null : Number(text.replace(/\s*(s|hz)$/iu, ""));
-    if (value !== null && !(Number.isFinite(value) && value >= least)) return false;
-    if (value !== null && whole && !Number.isInteger(value)) return false;
+    const value = text === "" ? null : parseNumber(text, { least, whole, unit });
     connection.edit(setOption(documentOf(store), name, value), `set ${label.toLowerCase()}`);
     return true;
   });

@@ -36,21 +36,24 @@ export function timingSection(side: Side): Section {
 
 /** The length, and where the search chooses it: its bounds, and what it is chosen by. */
 function lengthRows({ store, connection, faults }: Side): Rows {
-  const hint = "65%, 9.3s, 280f or free. Empty: after the last keytime the input plays on";
+  /** The text itself goes into the document, once it is one that says a length of this clip. */
+  const lengthOf = (text: string): string => {
+    // Without a clip nothing can be told of it here.
+    if (store.clip) parseLength(text, store.clip.n_frames, store.clip.rate);
+    return text;
+  };
+  const hint = "65%, 9.3 (seconds), 280f, 0:09.3 or free. Empty: after the last keytime the input plays on";
   const length = textField("Length", hint, (text) => {
     const isWord = text === "" || text.toLowerCase() === "free";
-    const written = isWord ? text.toLowerCase() : parseLength(text);
-    if (written === null) return false;
+    const written = isWord ? text.toLowerCase() : lengthOf(text);
     connection.edit(setLength(documentOf(store), written === "" ? null : written), "set length");
     return true;
   });
   length.input.placeholder = "as the keys say";
   const bound = (name: "min_length" | "max_length", label: string, comparison: string): Field => {
-    const says = `The free length is no ${comparison} than this: 65%, 9.3s, 280f. Empty: no bound`;
+    const says = `The free length is no ${comparison} than this: 65%, 9.3 (seconds), 280f. Empty: no bound`;
     const field = textField(label, says, (text) => {
-      const written = text === "" ? null : parseLength(text);
-      if (text !== "" && written === null) return false;
-      connection.edit({ ...documentOf(store), [name]: written }, "bound length");
+      connection.edit({ ...documentOf(store), [name]: text === "" ? null : lengthOf(text) }, "bound length");
       return true;
     });
     field.input.placeholder = "no bound";
@@ -120,9 +123,7 @@ function sliderRows({ store, connection }: Side): Rows {
 function speedLimitRows({ store, connection, faults }: Side): Rows {
   const limit = (name: "slowest" | "fastest", label: string, examples: string): Field => {
     const field = textField(label, `Speed limit for the whole clip: ${examples}. Empty: none`, (text) => {
-      const value = text === "" ? null : parseSpeed(text);
-      if (text !== "" && value === null) return false;
-      connection.edit(setOption(documentOf(store), name, value), "set speed limits");
+      connection.edit(setOption(documentOf(store), name, text === "" ? null : parseSpeed(text)), "set speed limits");
       return true;
     });
     field.input.placeholder = "none";
@@ -133,7 +134,7 @@ function speedLimitRows({ store, connection, faults }: Side): Rows {
   const fastest = limit("fastest", "Fastest", "2, 200%");
   const pair = make("div", { class: "pair" }, slowest.input, make("span", { class: "note" }, "to"), fastest.input);
   return {
-    rows: [row("Speed limits", pair)],
+    rows: [row("Speed limits", pair, slowest.trouble, fastest.trouble)],
     update({ options }) {
       slowest.show(options.slowest === null ? "" : String(options.slowest));
       fastest.show(options.fastest === null ? "" : String(options.fastest));
