@@ -102,7 +102,7 @@ class TestNumbers:
     def test_lengths_are_checked_before_the_clip_is_known(self) -> None:
         for text in ("free", "65%", "8", "0.65", "00:08", "280f", "00:00:08;29"):
             assert grammar.check_length(text) == text
-        for text in ("1:75", "280.5f", "65 percent", ""):
+        for text in ("1:75", "280.5f", "65 percent", "", "1f", "0%", "0.001", "-5%"):
             with pytest.raises(OptionError):
                 grammar.check_length(text)
 

@@ -529,7 +529,7 @@ class TestAFactorThatIsTakenForSeconds:
     def test_a_warning_asks_where_it_fits(self) -> None:
         with pytest.warns(RetimeWarning, match=r"0\.65 seconds, 3\.3% of the input \(did you mean 65%\?\)"):
             found = guided_warp(wandering_signal(600, 30), length=0.65)
-        assert found.warp.output_duration == pytest.approx(19 / 30)
+        assert found.warp.output_span == pytest.approx(19 / 30)
 
     @pytest.mark.parametrize("length", ["0.65s", "65%", "4", "10"])
     def test_nobody_else_is_asked(self, length: str) -> None:

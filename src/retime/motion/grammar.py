@@ -32,6 +32,8 @@ _FRAME_RANGE = re.compile(r"(-?\d{1,15})?:(-?\d{1,15})?", _FLAGS)
 # A range that is not written with two dots; the first letter may be the sign of a number.
 _FROM_TO = re.compile(r"(.+?)(?:-|–|to)(.+)", _FLAGS)
 _PLAIN = re.compile(_NUMBER, _FLAGS)
+# Of a clip for which a length is short only if it is for every other.
+_MANY_FRAMES, _HIGH_RATE = 10_000_000, Fraction(240)
 # A bare length below this many seconds may have been meant as a factor.
 _MOST_FACTOR = 5
 
@@ -214,18 +216,16 @@ def parse_length(text: str | float, n_frames: int, rate: Fraction) -> int:
 
 
 def check_length(text: str) -> str:
-    """Refuse what is no length for any clip, nor ``free``; what it comes to depends on the clip.
+    """Refuse what is no length of two frames or more for any clip, nor ``free``; what it comes to depends on the clip.
 
     Raises
     ------
     OptionError
         Not a length.
     """
-    if text == "free" or _PERCENT.fullmatch(text.strip()):
-        return text
-    time = _read_time(text, "a length such as 65%, 9.3 (seconds), 280f, 0:09.300 or free")
-    if time.frames is not None and time.frames.denominator != 1:
-        raise OptionError(f"a length is a whole number of frames, found {_shown(text)}")
+    # Only the clip's rate tells whether it has such a timecode.
+    if text != "free" and not _TIMECODE.fullmatch(text.strip()):
+        parse_length(text, _MANY_FRAMES, _HIGH_RATE)
     return text
 
 

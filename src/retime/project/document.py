@@ -240,8 +240,8 @@ class Document:
     locks : tuple of LockedTime
         In any order.
     length : str, optional
-        Of the output: ``65%``, ``9.3s``, ``280f`` (frames at the clip's rate) or ``free``. Left out, the input plays
-        on at its own speed after the last key.
+        Of the output: ``65%``, ``9.3s`` (a bare number too is seconds), ``280f`` (frames at the clip's rate) or
+        ``free``. Left out, the input plays on at its own speed after the last key.
     min_length, max_length : str, optional
         Bounds on a free length.
     free_weight : {"neutral", "sum"}
