@@ -263,7 +263,7 @@ class TestParseRate:
             "30/0",
             "1_0",
             "٣٠",
-            "30 fps",
+            "30 frames",
             "29,97",
             "1/2/3",
             True,
