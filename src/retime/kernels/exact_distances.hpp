@@ -222,7 +222,8 @@ class TripleDistances {
           lengths_((end - begin_) * q_.reaches.size()),
           out_(n_ * wide_),
           in_(n_ * wide_),
-          scratch_(4 * wide_),
+          scratch_(2 * wide_),
+          nothing_(2 * wide_),
           stamp_(q_.p.n_reference, 0),
           slot_(q_.p.n_reference) {
         const size_t n_reaches = q_.reaches.size();
@@ -354,18 +355,19 @@ class TripleDistances {
     // The order of operations is the NumPy backend's.
     RETIME_INLINE double direct(size_t a, size_t b, size_t row) {
         const ScoreProblem& p = q_.p;
+        const double v = p.velocity, w = p.acceleration;
         const double* here = q_.input.data() + j_ * wide_;
         const double* before = here - static_cast<size_t>(steps_.length[a]) * wide_;
         const double* after = here + static_cast<size_t>(steps_.length[b]) * wide_;
-        const double* z = q_.reference(row);
-        double *move = scratch_.data(), *there = move + 2 * wide_;
+        const double *dz = q_.reference(row) + p.n_numbers, *ddz = dz + p.n_numbers;
+        // Nothing that is written here is read here.
+        double* __restrict apart = scratch_.data();
+        double* __restrict apart_too = scratch_.data() + wide_;
         for (size_t d = 0; d < p.n_numbers; ++d) {
-            move[d] = (after[d] - before[d]) * p.velocity;
-            move[wide_ + d] = ((after[d] - here[d]) - (here[d] - before[d])) * p.acceleration;
-            there[d] = z[p.n_numbers + d];
-            there[wide_ + d] = z[2 * p.n_numbers + d];
+            apart[d] = (after[d] - before[d]) * v - dz[d];
+            apart_too[d] = ((after[d] - here[d]) - (here[d] - before[d])) * w - ddz[d];
         }
-        return squared_distance<Level>(move, there, 2 * wide_);
+        return squared_distance<Level>(scratch_.data(), nothing_.data(), 2 * wide_);
     }
 
     const PaddedRows& q_;
@@ -374,7 +376,7 @@ class TripleDistances {
     size_t n_, wide_, begin_, first_ = 0, j_ = 0, stepped_ = std::numeric_limits<size_t>::max(), n_in_ = 0, n_out_ = 0,
                               n_slots_ = 0;
     uint32_t now_ = 0;
-    Array<double> lengths_, out_, in_, scratch_, moved_, size_, poses_, e_, f_;
+    Array<double> lengths_, out_, in_, scratch_, nothing_, moved_, size_, poses_, e_, f_;
     Array<uint32_t> stamp_, slot_;
     Array<uint8_t> complete_;
 };

@@ -31,11 +31,12 @@ template <typename Level, bool kEvery>
 RETIME_INLINE void advance_frames(const PathProblem& p, const Band& before, const Band& here, const double* cost,
                                   double* next, uint8_t* won) {
     const Steps& steps = p.steps;
-    const int64_t n = static_cast<int64_t>(steps.n);
-    for (int64_t j = here.low; j <= here.high; ++j) {
-        const int64_t row = (j - here.low) * n, nearest = steps.up_to<kEvery>(j - before.high - 1);
-        extend<Level, kEvery>(p, j, cost + (j - before.low) * n, nearest, steps.up_to<kEvery>(j - before.low), 0.0,
-                              next + row, won + row);
+    const Reading r(p);
+    const Band from = before, to = here;
+    for (int64_t j = to.low; j <= to.high; ++j) {
+        const int64_t row = (j - to.low) * r.n;
+        extend<Level, kEvery>(steps, r, j, cost + (j - from.low) * r.n, up_to<kEvery>(steps, r, j - from.high - 1),
+                              up_to<kEvery>(steps, r, j - from.low), 0.0, next + row, won + row);
     }
 }
 

@@ -66,19 +66,21 @@ void count_steps(const PathProblem& p, const std::vector<double>& price, int64_t
 // V of every frame, one span after another.
 template <typename Level, bool kEvery>
 RETIME_INLINE void sweep_frames(const PathProblem& p, const std::vector<double>& price, Sweep& out) {
-    const int64_t n = static_cast<int64_t>(p.steps.n), n_pairs = static_cast<int64_t>(p.steps.n_pairs);
-    const int64_t n_input = static_cast<int64_t>(p.n_input);
+    const Steps& steps = p.steps;
+    const Reading r(p);
+    double* const all = out.leaving.data();
+    uint8_t* const won = out.won.data();
     const size_t count = p.anchors.size() - 1;
     for (size_t span = 0; span < count; ++span) {
-        const int64_t from = p.anchors[span].frame, to = std::min(p.anchors[span + 1].frame, n_input - 2);
+        const int64_t from = p.anchors[span].frame, end = p.anchors[span + 1].frame, to = std::min(end, r.n_input - 2);
+        // The step that leaves an anchor belongs to the next span.
+        const double inside = price[span], at_end = end <= to ? price[span + 1] : 0.0;
         for (int64_t j = from + 1; j <= to; ++j) {
-            const double* ahead = p.scores + std::min(j + kAhead, n_input - 1) * n_pairs;
-            for (int64_t line = 0; line < n_pairs; line += kLine) prefetch(ahead + line);
-            // The step that leaves an anchor belongs to the next span.
-            const double charge = price[j == p.anchors[span + 1].frame ? span + 1 : span];
-            double* leaving = out.leaving.data() + j * n;
-            extend<Level, kEvery>(p, j, leaving, 0, p.steps.up_to<kEvery>(j - from), charge, leaving,
-                                  out.won.data() + j * n);
+            const double* ahead = r.scores + std::min(j + kAhead, r.n_input - 1) * r.n_pairs;
+            for (int64_t line = 0; line < r.n_pairs; line += kLine) prefetch(ahead + line);
+            double* leaving = all + j * r.n;
+            extend<Level, kEvery>(steps, r, j, leaving, 0, up_to<kEvery>(steps, r, j - from),
+                                  j == end ? at_end : inside, leaving, won + j * r.n);
         }
     }
 }
@@ -266,13 +268,14 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
     const Steps& steps = p.steps;
     const int64_t n = static_cast<int64_t>(steps.n), n_pairs = static_cast<int64_t>(steps.n_pairs);
     const int64_t n_input = static_cast<int64_t>(p.n_input), longest = steps.longest;
+    const int64_t *const length = steps.length.data(), *const rows = steps.row.data();
     out.vertices.clear(), out.edges.clear(), out.order.clear();
     out.complete = true, out.overflow = false;
     // At (frame, step into it): the vertex there, plus one.
     std::vector<int64_t> met(static_cast<size_t>((longest + 1) * n), 0);
     int64_t row = (n_input - 1) % (longest + 1);  // of the frame that is visited, in `met`
     const auto touch = [&](int64_t frame, int64_t back, int64_t step, double go) {
-        const double cost = sweep.leaving[(frame - steps.length[step]) * n + step] + go;
+        const double cost = sweep.leaving[(frame - length[step]) * n + step] + go;
         if (!(cost <= ceiling)) {
             out.complete = out.complete && !(cost < kInf);
             return int64_t{-1};
@@ -302,7 +305,7 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
             const int64_t id = here[b] - 1;
             here[b] = 0;
             out.order.push_back(id);
-            const int64_t j = k - steps.length[b];
+            const int64_t j = k - length[b];
             if (j == 0) continue;
             const double ahead = out.vertices[id].go + price[span];
             const int64_t behind = j == p.anchors[span].frame ? p.anchors[span - 1].frame : p.anchors[span].frame;
@@ -311,9 +314,9 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
             uint16_t n_edges = 0;
             const int64_t end = std::min(steps.before_end[b], steps.up_to(j - behind));
             for (int64_t a = steps.before_first[b]; a < end; ++a) {
-                const int64_t from = touch(j, steps.length[b], a, f[steps.row[a]] + ahead);
+                const int64_t from = touch(j, length[b], a, f[rows[a]] + ahead);
                 if (from < 0) continue;
-                out.edges.push_back({from, f[steps.row[a]]});
+                out.edges.push_back({from, f[rows[a]]});
                 ++n_edges;
             }
             out.vertices[id].n_edges = n_edges;

@@ -110,16 +110,35 @@ RETIME_INLINE void extend_pairs(const Steps& steps, const double* leaving, const
     }
 }
 
-// All steps out of frame j of n_input; kEvery is what Steps::every says.
+// What a search reads again and again, in one place that nothing is written to: a step is kept as a byte, and a
+// compiler must expect such a byte to change whatever it has a pointer to.
+struct Reading {
+    const double* scores;
+    int64_t n, n_pairs, n_input, longest, wide;
+
+    explicit Reading(const PathProblem& p)
+        : scores(p.scores),
+          n(static_cast<int64_t>(p.steps.n)),
+          n_pairs(static_cast<int64_t>(p.steps.n_pairs)),
+          n_input(static_cast<int64_t>(p.n_input)),
+          longest(p.steps.longest),
+          wide(static_cast<int64_t>(p.steps.wide)) {}
+};
+
+// How many steps are no longer than so many frames; kEvery is what Steps::every says.
+template <bool kEvery>
+RETIME_INLINE int64_t up_to(const Steps& steps, const Reading& r, int64_t frames) {
+    return kEvery ? std::clamp<int64_t>(frames, 0, r.longest) : steps.up_to(frames);
+}
+
+// All steps out of frame j.
 template <typename Level, bool kEvery>
-RETIME_INLINE void extend(const PathProblem& p, int64_t j, const double* leaving, int64_t nearest, int64_t farthest,
-                          double charge, double* best, uint8_t* step) {
-    const Steps& steps = p.steps;
-    const double* f = p.scores + j * static_cast<int64_t>(steps.n_pairs);
+RETIME_INLINE void extend(const Steps& steps, const Reading& r, int64_t j, const double* leaving, int64_t nearest,
+                          int64_t farthest, double charge, double* best, uint8_t* step) {
+    const double* f = r.scores + j * r.n_pairs;
     if constexpr (kEvery)
-        extend_every<Level>(static_cast<int64_t>(steps.n), leaving, f, nearest, farthest, charge, best, step);
-    else if (static_cast<size_t>(j) * steps.n_pairs >= steps.wide &&
-             (p.n_input - 1 - static_cast<size_t>(j)) * steps.n_pairs >= steps.wide)
+        extend_every<Level>(r.n, leaving, f, nearest, farthest, charge, best, step);
+    else if (j * r.n_pairs >= r.wide && (r.n_input - 1 - j) * r.n_pairs >= r.wide)
         extend_pairs<Level::kDoubles>(steps, leaving, f, nearest, farthest, charge, best, step);
     else
         extend_pairs<1>(steps, leaving, f, nearest, farthest, charge, best, step);

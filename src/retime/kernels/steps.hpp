@@ -57,10 +57,6 @@ struct Steps {
 
     // How many steps are no longer than so many frames.
     int64_t up_to(int64_t frames) const { return frames <= 0 ? 0 : up_to_[std::min(frames, longest)]; }
-    template <bool kEvery>
-    int64_t up_to(int64_t frames) const {
-        return kEvery ? std::clamp<int64_t>(frames, 0, longest) : up_to(frames);
-    }
 
     // Runs work(a, b, n, place) for the groups of triples (j - length[a], j, j + length[b]) up to that of b + n - 1,
     // all within n_input frames; they are n <= kGroup, and `place` is that of the group.
