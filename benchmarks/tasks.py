@@ -20,9 +20,9 @@ from measure import Peak
 
 from retime import Motion, Session, apply_warp, guided_warp, read, write
 from retime.kernels import PathProblem, StepPairs, backend
-from retime.warp.features import difference_scales
-from retime.warp.path import MEMORY_LIMIT, path_scores, shortest_path
-from retime.warp.score import build_model, triple_scores
+from retime.search.path import MEMORY_LIMIT, path_scores, shortest_path
+from retime.search.poses.spaces import difference_scales
+from retime.search.score import build_model, triple_scores
 
 N_NEIGHBORS = 3
 RATE, TIME_SCALE = 30.0, 0.1

@@ -18,7 +18,7 @@ import numpy as np
 
 import retime
 from retime.motion.kinematics import flights
-from retime.warp.keytimes import as_keytimes
+from retime.search.keytimes import as_keytimes
 
 ROOT = Path(__file__).resolve().parents[1]
 MOCAP = ROOT.parent / "shared" / "mocap"

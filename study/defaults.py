@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from retime.warp.session import DEFAULT_TIME_SCALE
+from retime.search.session import DEFAULT_TIME_SCALE
 
 DEFAULTS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": DEFAULT_TIME_SCALE}
 """What `retime.guided_warp` chooses by itself, said aloud."""

@@ -20,7 +20,7 @@ PACKAGE = ROOT / "src" / "retime"
 STUDY = ROOT / "study"
 
 # What everything may use; these know nothing of the rest.
-FOR_ALL = {"arrays", "brief", "checks", "errors", "frames", "svg"}
+FOR_ALL = {"arrays", "brief", "checks", "errors", "frames", "strict_json", "svg"}
 # For each part, the other parts that it may import. The package itself (retime/__init__.py) is the
 # table of contents and may name everything.
 MAY_IMPORT = {
@@ -29,21 +29,33 @@ MAY_IMPORT = {
     "kernels": set(),
     "files": set(),
     # A saved warp is a file; no other of its modules opens one.
-    "warp": {"motion", "kernels", "files"},
-    # A saved warp is a file too; its value is all that formats may know of the search.
-    "formats": {"motion", "warp.curve", "files"},
+    "warp": {"motion", "files"},
+    "search": {"motion", "warp", "kernels"},
+    "formats": {"motion", "warp", "files"},
     "data": {"motion", "formats"},
     "media": {"motion", "warp", "formats"},
-    "evaluate": {"motion", "warp", "formats", "data", "files"},
-    "project": {"motion", "warp", "formats", "files"},
+    "evaluate": {"motion", "warp", "search", "formats", "data", "files"},
+    "project": {"motion", "warp", "search", "formats", "files"},
     # `retime edit` starts the server; nothing of the server knows the command line.
-    "cli": {"motion", "warp", "formats", "kernels", "media", "evaluate", "project", "data", "server", "files"},
+    "cli": {
+        "motion",
+        "warp",
+        "search",
+        "formats",
+        "kernels",
+        "media",
+        "evaluate",
+        "project",
+        "data",
+        "server",
+        "files",
+    },
     # python -m retime
     "__main__": {"cli"},
-    "server": {"motion", "warp", "formats", "media", "evaluate", "project"},
+    "server": {"motion", "warp", "search", "formats", "media", "evaluate", "project"},
     # The editor in a notebook: the server's messages and document, by another way.
-    "notebook": {"motion", "warp", "project", "server"},
-    "batch": {"motion", "warp", "formats", "media", "evaluate", "project"},
+    "notebook": {"motion", "warp", "search", "project", "server"},
+    "batch": {"motion", "warp", "search", "formats", "media", "evaluate", "project"},
 }
 
 # The same for the rooms of the study, which stands beside the package.
@@ -171,7 +183,7 @@ def test_the_package_knows_nothing_of_the_study_and_the_study_nothing_of_those_w
 
 def test_warping_a_video_needs_only_the_warp_curve() -> None:
     others = {PACKAGE / "motion", PACKAGE / "formats", PACKAGE / "kernels"}
-    others |= {PACKAGE / "warp" / f"{name}.py" for name in ("score", "path", "features", "guided", "keytimes")}
+    others |= {PACKAGE / "search"}
     for path, chain in reached_from(PACKAGE / "warp" / "curve.py", PACKAGE).items():
         forbidden = others & {path, *path.parents}
         assert not forbidden, "warp.curve must not need this:\n" + "\n".join(str(link) for link in chain)
@@ -195,7 +207,7 @@ def test_importing_the_warp_curve_loads_nothing_else_of_the_package() -> None:
         ("warp/path.py", "def f():\n    from retime import formats\n", "retime.formats"),
         ("cli/inner/main.py", "import os\nfrom ...batch import run\n", "retime.batch"),
         ("server/app.py", "import os\nfrom retime.cli.terminal import say\n", "retime.cli.terminal"),
-        ("formats/a.py", "import os\nfrom retime.warp.guided import guided_warp\n", "retime.warp.guided"),
+        ("formats/a.py", "import os\nfrom retime.search.guided import guided_warp\n", "retime.search.guided"),
         ("errors.py", "import os\nfrom retime.motion.rate import parse_rate\n", "retime.motion.rate"),
         ("warp/path.py", "import os\nimport retime\n", "retime"),
     ],

@@ -16,7 +16,7 @@ import retime
 from retime.motion.contacts import slip
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Declaration
-from retime.warp.features import PoseOptions
+from retime.search.poses.spaces import PoseOptions
 
 # An extra may be missing; what it needs holds no values of its own.
 _LEFT_OUT = ("retime.notebook", "retime.server.app", "retime.server.guard", "retime.__main__")

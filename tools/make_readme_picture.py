@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import retime
-from retime.warp.keytimes import as_keytimes
+from retime.search.keytimes import as_keytimes
 
 PLACE = Path(__file__).resolve().parents[1] / "docs" / "images" / "jump.svg"
 

@@ -31,11 +31,11 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.formats.registry import write
 from retime.motion import rotation
 from retime.motion.kinematics import GlobalPoses, global_poses
 from retime.motion.motion import Declaration, Motion
-from retime.motion.rotation import FloatArray
 from retime.motion.skeleton import EndSite, Skeleton
 
 SHIPPED = Path(__file__).resolve().parents[1] / "src" / "retime" / "data" / "sample.bvh"

@@ -48,15 +48,16 @@ if TYPE_CHECKING:
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
     from retime.motion.skeleton import EndSite, Skeleton
-    from retime.warp.apply import SlipReport, apply_warp, retimed_slip
-    from retime.warp.control import Lock
+    from retime.search.guided import guided_warp
+    from retime.search.imitate import imitate
+    from retime.search.poses.references import Reference
+    from retime.search.poses.spaces import PoseOptions
+    from retime.search.result import GuidedWarp
+    from retime.search.session import Session
+    from retime.search.wishes.locks import Lock
+    from retime.warp.apply import apply_warp
     from retime.warp.curve import Keytime, Warp
-    from retime.warp.features import PoseOptions
-    from retime.warp.guided import guided_warp
-    from retime.warp.imitate import imitate
-    from retime.warp.reference import Reference
-    from retime.warp.result import GuidedWarp
-    from retime.warp.session import Session
+    from retime.warp.slip import SlipReport, retimed_slip
     from retime.warp.spline import linear_warp, spline_warp
 
 # Modules that people name by themselves.
@@ -86,18 +87,18 @@ _HOMES = {
     "Signal": "retime.motion.signal",
     "EndSite": "retime.motion.skeleton",
     "Skeleton": "retime.motion.skeleton",
-    "SlipReport": "retime.warp.apply",
+    "SlipReport": "retime.warp.slip",
     "apply_warp": "retime.warp.apply",
-    "retimed_slip": "retime.warp.apply",
+    "retimed_slip": "retime.warp.slip",
     "Keytime": "retime.warp.curve",
     "Warp": "retime.warp.curve",
-    "GuidedWarp": "retime.warp.result",
-    "Lock": "retime.warp.control",
-    "PoseOptions": "retime.warp.features",
-    "imitate": "retime.warp.imitate",
-    "Reference": "retime.warp.reference",
-    "Session": "retime.warp.session",
-    "guided_warp": "retime.warp.guided",
+    "GuidedWarp": "retime.search.result",
+    "Lock": "retime.search.wishes.locks",
+    "PoseOptions": "retime.search.poses.spaces",
+    "imitate": "retime.search.imitate",
+    "Reference": "retime.search.poses.references",
+    "Session": "retime.search.session",
+    "guided_warp": "retime.search.guided",
     "linear_warp": "retime.warp.spline",
     "spline_warp": "retime.warp.spline",
 }

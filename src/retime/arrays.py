@@ -1,4 +1,4 @@
-"""Arrays as people hand them over."""
+"""The kinds of arrays that retime is written with, and arrays as people hand them over."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from retime.errors import InvalidMotionError, RetimeError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 _LOST = {
     "c": "complex numbers: pass the real parts (x.real), or both parts as columns of their own",
@@ -17,7 +21,7 @@ _LOST = {
 }
 
 
-def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidMotionError) -> NDArray[np.float64]:
+def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidMotionError) -> FloatArray:
     """Take real numbers, and refuse what NumPy would make some of without a word (an imaginary part, a mask, a unit).
 
     Parameters

@@ -7,13 +7,11 @@ from fractions import Fraction
 from typing import SupportsIndex
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from retime.arrays import as_real
+from retime.arrays import FloatArray, as_real
 from retime.brief import kind_of
 from retime.errors import OptionError
-
-FloatArray = NDArray[np.float64]
 
 
 def frame_positions(

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.evaluate.metrics.flights import flight_spans
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from study.clips.blows import fastest_joint

@@ -9,10 +9,10 @@ from typing import Any
 
 from retime.brief import brief_repr
 from retime.evaluate.metrics.known_answer import WarpMatch, match_warps
+from retime.search.imitate import imitate
+from retime.search.poses.references import Reference
+from retime.search.session import Session
 from retime.warp.curve import Warp
-from retime.warp.imitate import imitate
-from retime.warp.reference import Reference
-from retime.warp.session import Session
 from study.answers.by_hand import part_of
 from study.answers.cases import ANSWERS, Answer
 from study.baselines.aligned import align_warp

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.errors import OptionError
 from retime.evaluate.metrics import ANALYSIS_RATE
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
+from retime.search.poses.references import Reference, model_poses
+from retime.search.poses.spaces import PoseOptions, PoseSpace
 from retime.warp.curve import Warp
-from retime.warp.features import PoseOptions, PoseSpace
-from retime.warp.reference import Reference, model_poses
 
 
 def align_warp(

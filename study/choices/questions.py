@@ -14,8 +14,8 @@ from retime.evaluate.metrics import Spans
 from retime.evaluate.metrics.flights import flight_spans, flight_timing, path_warp
 from retime.evaluate.metrics.known_answer import match_warps
 from retime.motion.motion import Motion
-from retime.warp.reference import Reference
-from retime.warp.session import Session
+from retime.search.poses.references import Reference
+from retime.search.session import Session
 from study.answers.cases import ANSWERS, Answer
 from study.choices.settings import CHOSEN, PRINTED, Setting
 from study.clips.library import Library

@@ -8,7 +8,7 @@ from typing import Any
 
 from retime.motion.joint_names import body_parts
 from retime.motion.motion import Motion
-from retime.warp.features import PoseOptions
+from retime.search.poses.spaces import PoseOptions
 from study.defaults import AS_PRINTED
 
 PRINTED = "the paper, read literally"

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 
 WRISTS = ("LeftWrist", "RightWrist")
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from retime.brief import brief_repr
 from retime.motion.motion import Motion
+from retime.search.result import GuidedWarp
 from retime.warp.curve import Warp
-from retime.warp.result import GuidedWarp
 from study.evaluations.timing import TableRow
 
 

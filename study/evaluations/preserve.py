@@ -6,7 +6,7 @@ from typing import Any
 
 from retime.evaluate.metrics import Spans
 from retime.motion.motion import Motion
-from retime.warp.session import Session
+from retime.search.session import Session
 from retime.warp.spline import linear_warp
 from study.baselines.cut import cut_idle
 from study.baselines.keyed import keyed_spline, spans_to_keep

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from retime.motion.motion import Motion
-from retime.warp.reference import Reference
-from retime.warp.result import GuidedWarp
-from retime.warp.session import Session
+from retime.search.poses.references import Reference
+from retime.search.result import GuidedWarp
+from retime.search.session import Session
 from study.defaults import parted
 
 

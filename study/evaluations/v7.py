@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from retime.warp.reference import Reference
-from retime.warp.session import Session
+from retime.search.poses.references import Reference
+from retime.search.session import Session
 from retime.warp.spline import linear_warp
 from study.answers.by_hand import example_of, limp
 from study.baselines.aligned import align_warp

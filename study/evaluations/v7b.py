@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from retime.warp.reference import Reference
-from retime.warp.session import Session
+from retime.search.poses.references import Reference
+from retime.search.session import Session
 from study.answers.cases import limp_answer
 from study.baselines.aligned import align_warp
 from study.baselines.keyed import spline_through

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from retime.evaluate.metrics.flights import flight_spans
-from retime.warp.reference import Reference
-from retime.warp.session import Session
+from retime.search.poses.references import Reference
+from retime.search.session import Session
 from study.answers.by_hand import example_of, slow_flights
 from study.baselines.aligned import align_warp
 from study.baselines.keyed import keyed_spline, spans_to_keep

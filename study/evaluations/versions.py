@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from retime.evaluate.metrics.flights import path_warp
 from retime.motion.motion import Motion
+from retime.search.result import GuidedWarp
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
-from retime.warp.result import GuidedWarp
 from study.baselines.steady import untouched
 from study.evaluations.evaluation import Version
 from study.figures.registry import measured

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.evaluate.metrics import Spans
 from retime.evaluate.metrics.flights import FlightTiming, flight_spans, flight_timing
@@ -13,7 +14,6 @@ from retime.evaluate.metrics.speeds import SpeedMatch, joint_speeds, match_speed
 from retime.evaluate.metrics.stillness import idle_spans
 from retime.motion.contacts import Contacts, contacts
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.warp.curve import Keytime, Warp
 from study.clips.blows import WRISTS
 

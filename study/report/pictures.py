@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.errors import MissingExtraError
 from retime.evaluate.plot.panels import SPEED_LIMITS, step_curve
 from retime.evaluate.plot.style import FLIGHT, GREY, INK, STYLE
 from retime.evaluate.plot.warps import plot_warps
 from retime.files import write_bytes
-from retime.motion.rotation import FloatArray
 from retime.warp.curve import Warp
 from study.answers.methods import Answered
 from study.evaluations.evaluation import Evaluation

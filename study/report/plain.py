@@ -11,8 +11,8 @@ import numpy as np
 
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
+from retime.search.result import GuidedWarp
 from retime.warp.curve import Warp
-from retime.warp.result import GuidedWarp
 
 
 def plain(value: Any) -> Any:

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.evaluate.metrics import ANALYSIS_RATE
 from retime.evaluate.metrics.spans import output_intervals
 from retime.evaluate.plot.stick_figure import HEAD_RADIUS, view_of
 from retime.evaluate.plot.strip import in_flight
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from study.evaluations.evaluation import Evaluation, Version
 from study.signals.camera import CameraResult
 

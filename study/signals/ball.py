@@ -7,14 +7,14 @@ from fractions import Fraction
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.evaluate.metrics.flights import FlightTiming, flight_timing
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
+from retime.search.guided import guided_warp
+from retime.search.result import GuidedWarp
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
-from retime.warp.guided import guided_warp
-from retime.warp.result import GuidedWarp
 from retime.warp.spline import linear_warp
 
 GRAVITY = 9.81

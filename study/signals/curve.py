@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp

@@ -56,7 +56,7 @@ def test_help_and_wrong_usage_do_not_wait_for_numpy(arguments) -> None:
 def test_info_needs_neither_the_search_nor_scipy(clips) -> None:
     loaded = modules_after("info", str(clips.bvh))
     assert "numpy" in loaded
-    assert not loaded & {"scipy", "matplotlib", "retime.warp.guided", "retime.warp.path"}
+    assert not loaded & {"scipy", "matplotlib", "retime.search.guided", "retime.search.path"}
 
 
 def test_version(run) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from retime import OptionError, Signal, Warp, read, read_warp, write, write_warp
-from retime.warp.imitate import imitate
+from retime.search.imitate import imitate
 
 
 @pytest.fixture

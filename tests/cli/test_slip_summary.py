@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from retime.cli.main import main
 from retime.cli.summary import slip_facts, slip_text
 from retime.data import SAMPLE, sample
-from retime.warp.apply import retimed_slip
-from retime.warp.guided import guided_warp
+from retime.search.guided import guided_warp
+from retime.warp.slip import retimed_slip
 
 
 def test_slip_is_reported_before_and_after(tmp_path: Path) -> None:

@@ -260,15 +260,15 @@ def test_the_same_command_writes_the_same_bytes(run, clips, tmp_path) -> None:
 def test_defaults_in_help_are_those_of_the_library(run) -> None:
     import inspect
 
-    from retime.warp import fit, session
-    from retime.warp.guided import guided_warp
+    from retime.search import plan, session
+    from retime.search.guided import guided_warp
 
     help_text = " ".join(run("warp", "--help").stdout.split())
     signature = inspect.signature(guided_warp).parameters
     assert set(NAMES) <= set(signature)
     for option, value in {
         "--rate": session.DEFAULT_RATE,
-        "--max-skip": fit.DEFAULT_MAX_SKIP,
+        "--max-skip": plan.DEFAULT_MAX_SKIP,
         "--neighbors": session.DEFAULT_NEIGHBORS,
         "--time-scale": session.DEFAULT_TIME_SCALE,
         "--low-pass": session.DEFAULT_LOW_PASS,

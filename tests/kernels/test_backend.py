@@ -26,7 +26,7 @@ sys.meta_path.insert(0, Broken())
 """
 SOLVE = """
 import numpy as np
-from retime.warp.path import shortest_path
+from retime.search.path import shortest_path
 print(shortest_path(np.ones((6, 2, 2)), n_output=4).frames.tolist())
 """
 INFO = """

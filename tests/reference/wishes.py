@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retime.warp.control import Lock
-from retime.warp.keytimes import Reduction
+from retime.search.reduction import Reduction
+from retime.search.wishes.locks import Lock
 from tests.reference.paths import Frames
 
 # A fixed speed is played by a step within 3 % of it.

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retime.warp.session import Session
+from retime.search.session import Session
 from study.choices.questions import Imitated, Row, measure, row_of
 from study.choices.settings import CHOSEN, Setting, settings
 from study.clips.library import Library, read_sample

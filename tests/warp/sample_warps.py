@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import retime
-from retime.warp.keytimes import as_keytimes
+from retime.search.keytimes import as_keytimes
 from retime.warp.spline import spline_warp
 
 REQUESTS: dict[str, dict[str, Any]] = {

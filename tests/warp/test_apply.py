@@ -18,8 +18,9 @@ from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
-from retime.warp.apply import apply_warp, retimed_slip
+from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp, output_frame_times
+from retime.warp.slip import retimed_slip
 from tests.reference.averaging import half_width, turn_in_space
 from tests.reference.curve import window_mean
 from tests.warp.motions import SKELETON, wandering_motion, wandering_signal

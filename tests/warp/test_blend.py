@@ -13,9 +13,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from retime.motion.signal import Signal
+from retime.search.guided import guided_warp
+from retime.search.session import GuidedWarp, Session
 from retime.warp.curve import Keytime, Warp, blend
-from retime.warp.guided import guided_warp
-from retime.warp.session import GuidedWarp, Session
 from retime.warp.spline import spline_warp
 
 RATE = 60

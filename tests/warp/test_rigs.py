@@ -19,10 +19,11 @@ from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
-from retime.warp.apply import apply_warp, retimed_slip
+from retime.search.guided import guided_warp
+from retime.search.poses.references import Reference
+from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp, output_frame_times
-from retime.warp.guided import guided_warp
-from retime.warp.reference import Reference
+from retime.warp.slip import retimed_slip
 from tests.motion.walkers import built, moved, permuted, renamed, walker
 from tests.reference import contacts as literal
 from tests.reference.averaging import averaged_pose

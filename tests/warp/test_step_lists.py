@@ -7,8 +7,8 @@ import pytest
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import Backend, StepPairs, backend, compiled, compiled_available
-from retime.warp.path import SEARCHES, FramePath, path_scores, shortest_path
-from retime.warp.score import SCORES, Model, build_model, triple_scores
+from retime.search.path import SEARCHES, FramePath, path_scores, shortest_path
+from retime.search.score import SCORES, Model, build_model, triple_scores
 from tests.reference import paths as literal
 from tests.reference.scores import scores as literal_scores
 

@@ -28,7 +28,7 @@ from retime.motion.grammar import (
 )
 
 if TYPE_CHECKING:
-    from retime.warp.features import PoseSpace
+    from retime.search.poses.spaces import PoseSpace
 
 Influence = float | list[tuple[WrittenTime, float]]
 
@@ -265,7 +265,7 @@ class ControlOptions:
         }
         found = {name: value for name, value in given.items() if value is not None}
         if self.locks or self.keep:
-            from retime.warp.control import Lock
+            from retime.search.wishes.locks import Lock
 
             found["locks"] = [Lock(*lock.at(rate)) for lock in (*self.locks, *self.keep)]
         if self.loop:
@@ -277,7 +277,7 @@ class ControlOptions:
                 else self.influence
             )
         if self.joints is not None or self.weights:
-            from retime.warp.features import PoseOptions
+            from retime.search.poses.spaces import PoseOptions
 
             joints = None if self.joints is None else tuple(name.strip() for name in self.joints.split(","))
             found["features"] = PoseOptions(space=features, joints=joints, weights=dict(self.weights))

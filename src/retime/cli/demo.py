@@ -49,8 +49,8 @@ def command(*, out: Path, force: bool) -> None:
     from retime.formats.registry import read, write
     from retime.formats.warp_file import write_warp
     from retime.motion.motion import Motion
+    from retime.search.guided import guided_warp
     from retime.warp.apply import apply_warp
-    from retime.warp.guided import guided_warp
     from retime.warp.spline import linear_warp
 
     stages = Stages()

@@ -89,7 +89,7 @@ def command(
     outputs.check(clip, [clip_options.skeleton, hand])
 
     from retime.formats.warp_file import read_warp
-    from retime.warp.imitate import imitate
+    from retime.search.imitate import imitate
 
     stages = Stages(quiet=outputs.quiet)
     with stages.stage("read", "reading"):

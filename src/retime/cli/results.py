@@ -19,8 +19,8 @@ from retime.errors import OptionError
 if TYPE_CHECKING:
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
+    from retime.search.result import GuidedWarp
     from retime.warp.curve import Warp
-    from retime.warp.result import GuidedWarp
 
 
 def _also(text: str) -> tuple[Path, Path]:

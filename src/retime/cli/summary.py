@@ -7,10 +7,11 @@ from fractions import Fraction
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.motion.kinematics import flights, global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.warp.curve import FloatArray, Warp
+from retime.warp.curve import Warp
 
 # A playback speed this near to 1 counts as unit speed: nobody sees the difference.
 _UNIT = 0.01
@@ -128,7 +129,7 @@ def slip_facts(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> di
 
     The output is the clip averaged where it is fast, but for standing feet; or, as asked for, not averaged at all.
     """
-    from retime.warp.apply import retimed_slip
+    from retime.warp.slip import retimed_slip
 
     if not isinstance(clip, Motion):
         return None

@@ -22,9 +22,9 @@ from retime.motion.rate import parse_rate
 if TYPE_CHECKING:
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
+    from retime.search.poses.references import Reference
+    from retime.search.result import GuidedWarp
     from retime.warp.curve import Warp
-    from retime.warp.reference import Reference
-    from retime.warp.result import GuidedWarp
 
 
 def _reference_weight(text: str) -> float:
@@ -192,7 +192,7 @@ def command(**given: Any) -> None:
 
 def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference]:
     """Read what is to be imitated; nothing, where that is the clip as a whole."""
-    from retime.warp.reference import Reference
+    from retime.search.poses.references import Reference
 
     options, control = request.clip_options, request.control
     if not request.reference and not request.reference_frames and not control.mirror:
@@ -227,8 +227,8 @@ def _find(
     request: _Request, clips: list[Motion | Signal], references: list[Reference]
 ) -> tuple[Warp, GuidedWarp | None]:
     """Find the warp by the method asked for."""
-    from retime.warp.guided import guided_warp
-    from retime.warp.keytimes import as_keytimes, asking_for_a_share, check_keytimes
+    from retime.search.guided import guided_warp
+    from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
     from retime.warp.spline import linear_warp, spline_warp
 
     clip = clips[0]

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning, InvalidMotionError, OptionError, OutputExistsError
 from retime.files import read_bytes, write_bytes
 from retime.formats.asf import Asf, find_asf, make_asf, parse_asf, refuse_other_kinds, turn_order
@@ -29,7 +30,6 @@ from retime.motion import rotation
 from retime.motion.euler import angle_between, fit_angles
 from retime.motion.motion import Declaration, Motion
 from retime.motion.rate import parse_rate
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 
 ASSUMED_RATE = Fraction(120)

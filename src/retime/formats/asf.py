@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.formats.foreign import foreign_kind
@@ -27,7 +28,6 @@ from retime.formats.number_text import NumberTextError, parse_number, show
 from retime.formats.options import Limits
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion import rotation
-from retime.motion.rotation import FloatArray
 from retime.motion.size import within_size
 from retime.motion.skeleton import EndSite, Skeleton
 

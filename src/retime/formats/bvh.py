@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
 from retime.formats.bvh_frames import Frames, parse_frames
@@ -34,7 +35,6 @@ from retime.motion import rotation
 from retime.motion.euler import angle_between, fit_angles
 from retime.motion.motion import Declaration, Motion
 from retime.motion.rate import rate_from_frame_time
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
 

@@ -11,6 +11,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.errors import FormatWarning
 from retime.formats.bvh_hierarchy import Hierarchy
@@ -25,7 +26,6 @@ from retime.formats.number_text import (
 from retime.formats.options import ReadOptions
 from retime.formats.text_lines import LINE_END, Lines, count_line_ends
 from retime.motion.rate import rate_from_frame_time
-from retime.motion.rotation import FloatArray
 
 _FRAMES = re.compile(rb"frames\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
 _FRAME_TIME = re.compile(rb"frame\s*time\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)

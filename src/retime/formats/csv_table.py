@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
 from retime.formats.foreign import foreign_kind
@@ -30,7 +31,6 @@ from retime.formats.options import ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion.motion import Motion
 from retime.motion.rate import rate_from_step
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal, numbered_names
 
 TIME_NAMES = ("time", "t", "seconds", "timestamp")

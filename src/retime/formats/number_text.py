@@ -15,7 +15,7 @@ import re
 
 import numpy as np
 
-from retime.motion.rotation import FloatArray
+from retime.arrays import FloatArray
 from retime.motion.size import LARGEST, within_size
 
 _UNSIGNED = rb"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"

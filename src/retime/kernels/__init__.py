@@ -9,15 +9,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Protocol, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
+from retime.arrays import FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import OptionError, RetimeWarning
-from retime.kernels.steps import IntArray as IntArray
 from retime.kernels.steps import StepPairs as StepPairs
-
-FloatArray = NDArray[np.float64]
 
 BACKENDS = ("compiled", "numpy")
 

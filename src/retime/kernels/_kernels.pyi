@@ -1,7 +1,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from retime.kernels import FloatArray, IntArray
+from retime.arrays import FloatArray, IntArray
 
 def joint_scores(
     input: FloatArray,

@@ -8,7 +8,8 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, StepPairs, _kernels
+from retime.arrays import FloatArray, IntArray
+from retime.kernels import PathProblem, PricedPath, StepPairs, _kernels
 
 _MOST_THREADS = 256
 # A reference of so many frames is worth putting in order for so many triples.

@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from retime.kernels import FloatArray, IntArray, PathProblem, PricedPath, StepPairs
+from retime.arrays import FloatArray, IntArray
+from retime.kernels import PathProblem, PricedPath, StepPairs
 
 _LANES = 16
 # kCancelled in exact_distances.hpp.

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from retime.arrays import IntArray
 from retime.errors import OptionError
-
-IntArray = NDArray[np.int64]
 
 # The kernels keep a step's place in a byte, and a path as short as its longest step in a few arrays.
 MAX_STEP = 255

@@ -13,8 +13,9 @@ from fractions import Fraction
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions
@@ -22,10 +23,6 @@ from retime.motion.joint_names import body_parts, near_names
 from retime.motion.kinematics import GlobalPoses, global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
-from retime.motion.rotation import FloatArray
-
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 # Seconds to either side. Shorter than a leg's swing, so that on stairs no other step is looked at; longer than it
 # takes to get to the top of a hop.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.arrays import FloatArray
 from retime.motion import rotation
-from retime.motion.rotation import FloatArray
 
 _AXIS = {"X": 0, "Y": 1, "Z": 2}
 # Radians. Two rotations closer than this are written alike: it is below the sixth decimal of a degree.

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.motion import rotation
-from retime.motion.rotation import FloatArray
 
 if TYPE_CHECKING:
     # A motion offers what is found here as methods: this module looks at motions and never makes one anew.

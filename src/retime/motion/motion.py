@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import as_real
+from retime.arrays import FloatArray, as_real
 from retime.brief import brief, brief_repr, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
 from retime.motion import kinematics, rotation
 from retime.motion.rate import RateField, RateLike
-from retime.motion.rotation import FloatArray
 from retime.motion.size import LARGEST, size_problem, within_size
 from retime.motion.skeleton import Skeleton
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.motion.kinematics import flights, global_poses
-from retime.motion.rotation import FloatArray
 from retime.svg import INKS, Panel, facts_html, stacked, thinned
 
 if TYPE_CHECKING:

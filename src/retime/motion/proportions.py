@@ -27,11 +27,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion import rotation
 from retime.motion.kinematics import GlobalPoses
-from retime.motion.rotation import FloatArray
 from retime.motion.skeleton import Skeleton
 
 # Lengths below this share of the skeleton's size are none.

@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from retime.arrays import FloatArray
 
 _AXIS = {"X": 0, "Y": 1, "Z": 2}
 

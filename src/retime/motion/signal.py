@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import as_real
+from retime.arrays import FloatArray, as_real
 from retime.brief import brief, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
 from retime.motion.rate import RateField, RateLike, parse_rate
-from retime.motion.rotation import FloatArray
 from retime.motion.size import size_problem, within_size
 
 

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import as_real
+from retime.arrays import FloatArray, as_real
 from retime.brief import kind_of
 from retime.errors import InvalidMotionError
-from retime.motion.rotation import FloatArray
 from retime.motion.size import size_problem, within_size
 
 

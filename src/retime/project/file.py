@@ -14,8 +14,8 @@ from retime.errors import FormatError
 from retime.files import read_bytes, write_bytes
 from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.values import from_value, to_value
+from retime.strict_json import parse_json
 from retime.warp.curve import Warp
-from retime.warp.strict_json import parse_json
 
 VERSION = 2
 # Documents of version 1 knew less of references; what they leave out has its default.

@@ -23,8 +23,8 @@ from retime.project.document import Document
 from retime.project.file import read_warps
 from retime.project.history import History
 from retime.project.values import from_value, to_value
+from retime.strict_json import parse_json
 from retime.warp.curve import Warp
-from retime.warp.strict_json import parse_json
 
 VERSION = 1
 # A journal larger than this, and than twice what its history needs, is written anew.

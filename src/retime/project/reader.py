@@ -17,7 +17,7 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.project.document import ClipFile, CounterpartFile, Document, ReferenceFile
 from retime.project.faults import Fault, blaming
-from retime.warp.reference import Reference
+from retime.search.poses.references import Reference
 
 AnyClip = Motion | Signal
 Find = Callable[[str], Path]

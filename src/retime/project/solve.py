@@ -15,11 +15,11 @@ from retime.motion.rate import parse_rate
 from retime.project.document import Document, Key
 from retime.project.faults import Fault, blaming
 from retime.project.reader import AnyClip, Find, Reader, Sources, as_paths
-from retime.warp.control import Lock
+from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
+from retime.search.result import GuidedWarp
+from retime.search.session import Session
+from retime.search.wishes.locks import Lock
 from retime.warp.curve import Warp
-from retime.warp.keytimes import as_keytimes, asking_for_a_share, check_keytimes
-from retime.warp.result import GuidedWarp
-from retime.warp.session import Session
 from retime.warp.spline import linear_warp, spline_warp
 
 

@@ -53,7 +53,7 @@ def from_value(kind: type[Value], value: Any, where: str) -> Value:
         A dataclass, or one of bool, int, float, str, None, a Literal, a union of these, ``tuple[kind, ...]``, a tuple
         of given kinds, or ``dict[str, kind]``.
     value : object
-        From `retime.warp.strict_json.parse_json`.
+        From `retime.strict_json.parse_json`.
     where : str
         What to call it in messages.
 

@@ -27,7 +27,7 @@ from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.project.document import Document
 from retime.project.values import from_value, to_value
-from retime.warp.strict_json import parse_json
+from retime.strict_json import parse_json
 
 VERSION = 2
 """Of the messages. A page of another version is told so, and does nothing."""

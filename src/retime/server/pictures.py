@@ -11,9 +11,9 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.project.reader import Sources
 from retime.project.solve import Solution, ghosts
+from retime.search.poses.references import Reference
 from retime.server.messages import BINDINGS, Clip, Curve, Kept, Why
 from retime.warp.curve import Warp, output_frame_times
-from retime.warp.reference import Reference
 
 
 def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]:

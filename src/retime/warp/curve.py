@@ -21,15 +21,14 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from retime.arrays import as_real
+from retime.arrays import FloatArray, as_real
 from retime.brief import brief, kind_of
 from retime.checks import path_of, real
 from retime.errors import FormatError, InfeasibleWarpError, OptionError, RetimeWarning
 from retime.files import MOST_BYTES, read_bytes, write_bytes
 from retime.frames import frame_positions
-from retime.warp.strict_json import parse_json
+from retime.strict_json import parse_json
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 ResampleMethod = Literal["linear", "nearest"]
 

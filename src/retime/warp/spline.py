@@ -10,8 +10,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.errors import InfeasibleWarpError, RetimeWarning
-from retime.kernels import FloatArray
 from retime.motion.rate import parse_rate
 from retime.warp.curve import Keytime, KeytimeLike, Warp, add_times, check_speed, keytimes_of
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from retime.evaluate.metrics.flights import flight_spans, flight_timing, path_warp
+from retime.search.guided import guided_warp
 from retime.warp.curve import Warp
-from retime.warp.guided import guided_warp
 from tests.evaluate.metrics.motions import ALOFT, JUMP, linear
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from retime import Warp, guided_warp, plot_warps
 from retime.evaluate.plot.reasons import binding_intervals, lanes_of
-from retime.warp.control import Lock
-from retime.warp.explain import Explanation
+from retime.search.explain import Explanation
+from retime.search.wishes.locks import Lock
 from tests.evaluate.figures import ramp
 
 pytest.importorskip("matplotlib")

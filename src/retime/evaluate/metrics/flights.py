@@ -11,8 +11,8 @@ from retime.evaluate.metrics import ANALYSIS_RATE, Spans
 from retime.evaluate.metrics.spans import seconds_shown
 from retime.motion.kinematics import flights
 from retime.motion.motion import Motion
+from retime.search.result import GuidedWarp
 from retime.warp.curve import Warp
-from retime.warp.result import GuidedWarp
 
 # A step of the search at unit speed is exact in floating point; what smoothing leaves of it differs by rounding alone.
 _UNIT = 1e-6

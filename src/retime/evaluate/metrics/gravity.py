@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.evaluate.metrics import Spans
 from retime.evaluate.metrics.spans import output_intervals
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.warp.curve import Warp
 
 

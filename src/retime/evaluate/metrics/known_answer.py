@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.evaluate.metrics import ANALYSIS_RATE, Spans
-from retime.motion.rotation import FloatArray
 from retime.warp.curve import Warp
 
 # Speeds beyond these are holds and cuts: their logarithms would drown all others.

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from retime.arrays import FloatArray
 from retime.evaluate.metrics import ANALYSIS_RATE
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.warp.curve import Warp
 
 SPEED_QUANTILES = (0.5, 0.9, 0.99)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.motion.kinematics import global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 
 # Seconds to either side: over one frame of 120 Hz, capture noise alone makes a tenth of a metre a second.
 _SPEED_WINDOW = 1 / 30

@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.errors import OptionError
 from retime.evaluate.metrics import ANALYSIS_RATE
 from retime.motion.kinematics import metres_per_unit
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
-from retime.warp.features import PoseOptions, PoseSpace, timing_features
-from retime.warp.reference import Reference, model_poses
-from retime.warp.session import DEFAULT_TIME_SCALE
+from retime.search.poses.references import Reference, model_poses
+from retime.search.poses.spaces import PoseOptions, PoseSpace, timing_features
+from retime.search.session import DEFAULT_TIME_SCALE
 
 
 def timing_distance(

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.evaluate.metrics.spans import output_intervals
 from retime.evaluate.plot import style
 from retime.evaluate.plot.stick_figure import HEAD_RADIUS, FigureView, view_of
 from retime.evaluate.plot.strip import Row, Strip, in_flight
 from retime.evaluate.plot.style import Pen, shown
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, Warp
 

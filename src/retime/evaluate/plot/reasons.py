@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retime.evaluate.plot import style
-from retime.warp.explain import Explanation
+from retime.search.explain import Explanation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.motion.kinematics import GlobalPoses, global_poses, heading_rotations
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray, rotate
+from retime.motion.rotation import rotate
 from retime.motion.skeleton import Skeleton
 
 # The camera stands this far in front of the figure's right side, so that near limbs don't hide the far ones.

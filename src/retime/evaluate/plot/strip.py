@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.evaluate.metrics.spans import output_intervals
 from retime.motion.kinematics import flights
 from retime.motion.motion import Motion
-from retime.motion.rotation import FloatArray
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 

@@ -20,8 +20,8 @@ from retime.evaluate.plot.style import GREY, PLOT_SUFFIXES, STYLE, pens_for, sho
 from retime.files import write_bytes
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
+from retime.search.explain import Explanation
 from retime.warp.curve import Keytime, KeytimeLike, Warp, WarpLike, keytimes_of
-from retime.warp.explain import Explanation
 from retime.warp.spline import linear_warp, spline_warp
 
 if TYPE_CHECKING:

@@ -1,0 +1,1 @@
+"""How a warp is found: the paper's method."""

@@ -1,0 +1,208 @@
+"""What a search gives back: the warp, and how it came about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from retime.arrays import BoolArray, FloatArray
+from retime.errors import OptionError
+from retime.motion.contacts import Contacts
+from retime.motion.signal import Signal
+from retime.search.explain import Explanation, explain_path
+from retime.search.path import FramePath
+from retime.search.poses.counterparts import Clip
+from retime.search.reduction import Reduction
+from retime.search.score import Model, ScoreName
+from retime.search.wishes.locks import LockedSpan
+from retime.svg import facts_html, stacked
+from retime.warp.apply import apply_warp
+from retime.warp.curve import Warp
+from retime.warp.picture import warp_html
+
+
+@dataclass(frozen=True, eq=False)
+class GuidedWarp:
+    """A guided warp, and how it came about.
+
+    Attributes
+    ----------
+    warp : Warp
+        The result: output time to input time, smooth.
+    steps : Warp
+        The guided warp before smoothing and blending: the polyline through the frames of the path.
+    path : FramePath
+        The selected frames of the unrolled input, their scores and total.
+    reduction : Reduction
+        What the search was offered.
+    model : Model
+        The reference frames.
+    references : tuple of str
+        Names of the references.
+    input_poses : float array, shape (n_input, n_numbers)
+        Pose vectors of the unrolled input; their numbers are in no order of joints (`ModelPoses.in_own_order`).
+    allowed : bool array, shape (n_input, max_skip)
+        Steps that the search was allowed.
+    locked : tuple of LockedSpan
+        Where locks bound the unrolled input.
+    n_reference : int
+        Reference frames at the analysis rate, of all references.
+    max_skip, n_neighbors : int
+        As used.
+    time_scale, low_pass : float
+        As used; seconds and Hz.
+    score : str
+        Which local score: "joint" or "conditional".
+    clips : tuple of Motion or Signal
+        The input; more than one where it was a group. An array is a signal here.
+    loop : bool
+        Whether it was searched as a cycle.
+    excess : float, optional
+        For the heuristic search: by what share its total exceeds the optimum.
+    seconds : dict of str to float
+        Time spent in each stage.
+    """
+
+    warp: Warp
+    steps: Warp
+    path: FramePath
+    reduction: Reduction
+    model: Model
+    references: tuple[str, ...]
+    input_poses: FloatArray
+    allowed: BoolArray
+    locked: tuple[LockedSpan, ...]
+    n_reference: int
+    max_skip: int
+    n_neighbors: int
+    time_scale: float
+    low_pass: float
+    score: ScoreName
+    clips: tuple[Clip, ...]
+    loop: bool = False
+    excess: float | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        proof = "proved optimal" if self.path.optimal else "not proved optimal"
+        return (
+            f"GuidedWarp({self.n_output} of {self.n_input} frames at {self.rate:g} Hz, total {self.total:.6g}, "
+            f"{proof}, warp={self.warp!r})"
+        )
+
+    @property
+    def n_input(self) -> int:
+        """Frames offered to the search."""
+        return self.reduction.n_input
+
+    @property
+    def n_output(self) -> int:
+        """Frames selected."""
+        return self.reduction.n_output
+
+    @property
+    def upsample(self) -> int:
+        """Unrolled input frames per analysis period, where there are most (`reduction.upsamples` has all spans)."""
+        return self.reduction.upsample
+
+    @property
+    def rate(self) -> float:
+        """Analysis rate, Hz."""
+        return self.reduction.rate
+
+    @property
+    def total(self) -> float:
+        """The objective (Eq. 1): sum of the path's scores."""
+        return self.path.total
+
+    @property
+    def path_speeds(self) -> FloatArray:
+        """Playback speed of each step of the path, shape (n_output - 1,); 0 in a hold, below 0 backward."""
+        frames = self.path.frames
+        change = np.diff(self.reduction.input_times[frames])
+        moved = np.sign(change) * np.diff(frames) / self.reduction.upsample_at[frames[:-1]]
+        return np.where(self.reduction.held[frames[:-1]], change * self.rate, moved)
+
+    def apply(
+        self,
+        motion: Clip | None = None,
+        *,
+        average: bool = True,
+        contacts: Contacts | Literal["find"] | None = "find",
+        keep_root_path: bool = True,
+    ) -> Clip:
+        """Show the input, or another clip, with the timing that was found: `retime.apply_warp`.
+
+        Parameters
+        ----------
+        motion : Motion or Signal, optional
+            Left out, the input. Where that is a group, each of `clips` is to be named.
+        average, contacts, keep_root_path
+            As of `retime.apply_warp`. A loop stays one.
+
+        Returns
+        -------
+        Motion or Signal
+            A signal where the input was an array: its ``values`` are that array's, retimed.
+
+        Raises
+        ------
+        OptionError
+            The input is a group, and no clip is named.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from retime import guided_warp
+        >>> shorter = guided_warp(np.sin(np.arange(120) ** 2 / 900), rate=30, length="75%").apply()
+        >>> shorter.values.shape
+        (90, 1)
+        """
+        if motion is None:
+            if len(self.clips) > 1:
+                raise OptionError(
+                    f"the input was a group of {len(self.clips)} clips; name one: "
+                    "[result.apply(clip) for clip in result.clips]"
+                )
+            (motion,) = self.clips
+        # A call for each kind of clip, of which apply_warp gives back the same.
+        if isinstance(motion, Signal):
+            return apply_warp(motion, self.warp, average=average, loop=self.loop)
+        return apply_warp(
+            motion,
+            self.warp,
+            average=average,
+            contacts=contacts,
+            keep_root_path=keep_root_path,
+            loop=self.loop,
+        )
+
+    def explain(self) -> Explanation:
+        """Say for each output frame what it scored, what it was matched with, and what was binding."""
+        return explain_path(
+            self.reduction,
+            self.path,
+            self.model,
+            self.input_poses,
+            self.allowed,
+            locked=self.locked,
+            references=self.references,
+            n_neighbors=self.n_neighbors,
+            score=self.score,
+        )
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "n_input": self.n_input,
+            "n_output": self.n_output,
+            "n_reference": self.n_reference,
+            "max_skip": self.max_skip,
+            "upsample": self.upsample,
+            "rate": f"{self.rate:g} Hz",
+            "total": f"{self.total:.6g}",
+            "optimal": "proved" if self.path.optimal else "no",
+            "seconds": f"{sum(self.seconds.values()):.3f}",
+        }
+        return stacked(warp_html(self.warp), facts_html(facts))

@@ -1,0 +1,138 @@
+"""Which steps the search may take: what keytimes, locks, tangents and speed limits leave.
+
+A wish of this kind costs the search no state: an edge sees three frames, so it knows the steps on both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from retime.arrays import BoolArray, FloatArray
+from retime.errors import OptionError
+from retime.search.reduction import Reduction
+from retime.search.wishes.locks import LockedSpan
+from retime.search.wishes.steps import fixed_step, playable, steps_between
+from retime.warp.curve import Keytime
+
+
+def allowed_steps(
+    reduction: Reduction,
+    max_skip: int,
+    *,
+    locked: Sequence[LockedSpan] = (),
+    slowest: float = 0.0,
+    fastest: float = math.inf,
+) -> BoolArray:
+    """Say which steps the search may take.
+
+    A step may not pass a keytime, nor an end of a locked span. Held frames are not bound by speeds.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        Its keytimes carry the tangents: the steps to and from such a keytime have its speed.
+    max_skip : int
+        Largest step.
+    locked : sequence of LockedSpan
+        From `locked_spans`.
+    slowest, fastest : float
+        Playback speeds for the whole clip.
+
+    Returns
+    -------
+    bool array, shape (n_input, max_skip)
+        ``allowed[j, b - 1]`` for the step from frame j to j + b.
+
+    Raises
+    ------
+    OptionError
+        A speed that no step has at this upsampling, or that `max_skip` or the speed limits forbid.
+    """
+    n_input = reduction.n_input
+    frames = np.array(reduction.frames)
+    steps = np.arange(1, max_skip + 1)
+    start = np.arange(n_input)[:, None]
+    stops = start + steps
+    following = frames[np.minimum(np.searchsorted(frames, np.arange(n_input), side="right"), len(frames) - 1)]
+    allowed: BoolArray = stops <= following[:, None]
+    held, upsample_at = reduction.held, reduction.upsample_at
+    for first, last, still, upsample in span_ranges(reduction):
+        general = np.isin(steps, list(steps_between(slowest, fastest, upsample, max_skip)))
+        if not general.any():
+            raise OptionError(
+                f"no step plays between {slowest:g} and {fastest:g} times the speed with upsample={upsample} and "
+                f"max_skip={max_skip} ({playable(upsample, max_skip)}): raise them",
+                option="speed",
+            )
+        if not still:
+            allowed[first:last] &= general
+
+    for span in locked:
+        first, last = span.first, span.last
+        allowed &= ~((start < first) & (stops > first))
+        allowed &= ~((start < last) & (stops > last))
+        allowed &= np.isin(steps, list(span.steps)) | ~((start >= first) & (stops <= last))
+
+    for key, frame in zip(reduction.keytimes, reduction.frames, strict=True):
+        if key.speed is None:
+            continue
+        moving = [place for place in (frame - 1, frame) if 0 <= place < n_input - 1 and not held[place]]
+        for place in moving:
+            other = steps != _tangent_step(key, int(upsample_at[place]), max_skip, slowest, fastest)
+            if place == frame:
+                allowed[frame, other] = False
+            else:
+                earlier = steps[other & (steps <= frame)]
+                allowed[frame - earlier, earlier - 1] = False
+        if not moving:
+            raise OptionError(
+                f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, but the pose is held "
+                "before and after it",
+                option="keys",
+                output_times=(key.output_time,),
+            )
+    return allowed
+
+
+def span_ranges(reduction: Reduction) -> Iterator[tuple[int, int, bool, int]]:
+    """First and last unrolled frame of each span, whether it is still, and its upsampling."""
+    return zip(reduction.frames[:-1], reduction.frames[1:], reduction.still, reduction.upsamples, strict=True)
+
+
+def _tangent_step(key: Keytime, upsample: int, max_skip: int, slowest: float, fastest: float) -> int:
+    """Return the step that plays a tangent."""
+    assert key.speed is not None
+    asks = f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, which"
+    if not slowest - 1e-9 <= abs(key.speed) <= fastest + 1e-9:
+        raise OptionError(
+            f"{asks} the speed limits {slowest:g} to {fastest:g} forbid", option="keys", output_times=(key.output_time,)
+        )
+    step = fixed_step(abs(key.speed), upsample, max_skip)
+    if step is None:
+        raise OptionError(
+            f"{asks} upsample={upsample} and max_skip={max_skip} can't play ({playable(upsample, max_skip)})",
+            option="keys",
+            output_times=(key.output_time,),
+        )
+    return step
+
+
+def forbid(scores: FloatArray, allowed: BoolArray) -> None:
+    """Make every triple that uses a forbidden step infinite, in place."""
+    max_skip = scores.shape[1]
+    for step in range(1, max_skip + 1):
+        scores[step:, step - 1][~allowed[:-step, step - 1]] = np.inf
+    scores.transpose(0, 2, 1)[~allowed] = np.inf
+
+
+def end_costs(allowed: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Return what the first and the last step cost: 0, or inf where forbidden; each of shape (max_skip,)."""
+    n_input, max_skip = allowed.shape
+    steps = np.arange(1, max_skip + 1)
+    last = np.zeros(max_skip, dtype=bool)
+    fits = steps <= n_input - 1
+    last[fits] = allowed[n_input - 1 - steps[fits], steps[fits] - 1]
+    return np.where(allowed[0], 0.0, np.inf), np.where(last, 0.0, np.inf)

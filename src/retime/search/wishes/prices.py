@@ -1,0 +1,59 @@
+"""Prices on steps, added to the scores of triples: smoothness, and the weight of a free length."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from retime.arrays import FloatArray
+from retime.errors import OptionError
+from retime.search.reduction import Reduction
+from retime.search.wishes.allowed import span_ranges
+
+
+def add_smoothness(scores: FloatArray, weight: float, reduction: Reduction) -> None:
+    """Charge changes of speed: ``weight * median score * ln(b / a)²`` on every triple, in place.
+
+    a and b are the speeds before and after its middle frame.
+
+    Into a hold, in it and out of it nothing is charged: stopping is a keytime's wish, not the search's. The median is
+    that of all triples, before any is forbidden: a lock does not change what smoothness costs elsewhere.
+    """
+    if not (math.isfinite(weight) and weight >= 0):
+        raise OptionError(f"the smoothness weight must be 0 or more, found {weight}", option="smoothness")
+    finite = scores[np.isfinite(scores)]
+    if weight == 0 or not len(finite):
+        return
+    logs = np.log(np.arange(1, scores.shape[1] + 1))
+    price = weight * float(np.median(finite))
+    for first, last, before, after in _middles(reduction):
+        if not (reduction.still[before] or reduction.still[after]):
+            finer = math.log(reduction.upsamples[before] / reduction.upsamples[after])
+            scores[first:last] += price * (logs[None, :] - logs[:, None] + finer) ** 2
+
+
+def weigh_neutral(scores: FloatArray, reduction: Reduction) -> None:
+    """Weigh triples so that a free length treats both clocks alike: by the square root of the local speed, in place.
+
+    The plain sum charges every output frame, so short results are cheap; charging input time instead makes long ones
+    cheap.
+    """
+    for first, last, before, after in _middles(reduction):
+        scores[first:last] *= neutral_weights(scores.shape[1], reduction.upsamples[before], reduction.upsamples[after])
+
+
+def neutral_weights(max_skip: int, before: int, after: int) -> FloatArray:
+    """Return the square roots of the mean speeds of two steps, shape (max_skip, max_skip); given their upsamplings."""
+    steps = np.arange(1, max_skip + 1)
+    return np.asarray(np.sqrt((steps[:, None] / before + steps[None, :] / after) / 2))
+
+
+def _middles(reduction: Reduction) -> Iterator[tuple[int, int, int, int]]:
+    """Yield ranges of unrolled frames, with the spans of the steps before and after a frame in each."""
+    yield 0, 1, 0, 0
+    n_spans = len(reduction.upsamples)
+    for span, (first, last, _, _) in enumerate(span_ranges(reduction)):
+        yield first + 1, last, span, span
+        yield last, last + 1, span, min(span + 1, n_spans - 1)

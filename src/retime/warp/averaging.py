@@ -1,0 +1,284 @@
+"""Averaging where a warp speeds up (§3.4): windows of the input, rotations averaged as rotations, feet that stand exempt."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from retime.arrays import BoolArray, FloatArray, IntArray
+from retime.motion import rotation
+from retime.motion.contacts import Contacts
+from retime.motion.motion import Motion
+from retime.motion.signal import Signal
+from retime.warp.curve import Warp
+
+# Half-widths (in frames) up to this are none: a warp's times are rounded.
+CLOSED = 1e-6
+
+
+# Windows of more frames are summed one by one.
+_LONG = 16
+
+
+def count_roots(motion: Motion) -> int:
+    """Count the joints that carry all of the body, first in any order: the root, and the child of one that is still.
+
+    Some programs put a node that never moves above the hips.
+    """
+    parents, q, p = motion.skeleton.parents, motion.rotations, motion.local_translations
+    n = 1
+    while n < len(parents) and parents.count(n - 1) == 1:
+        if np.any(q[:, n - 1] != q[0, n - 1]) or np.any(p[:, n - 1] != p[0, n - 1]):
+            break
+        n += 1
+    return n
+
+
+def window_frames(warp: Warp, rate: float, output_times: FloatArray, *, loop: bool = False) -> FloatArray:
+    """Return how many input frames each output frame averages: its speed where above 1 (§3.4), else 1.
+
+    The speed is the mean over the output frame's own period; what of that lies beyond the ends is left out, or is taken
+    from the other end of a loop.
+    """
+    period = 1.0 / rate
+    before, after = output_times - period / 2, output_times + period / 2
+    if loop:
+        again, gain = warp.output_span, warp.input_times[-1] - warp.input_times[0]
+        early, late = before < warp.output_start, after > warp.output_end
+        travel = warp(np.where(late, after - again, after)) - warp(np.where(early, before + again, before))
+        travel += gain * (early.astype(float) + late)
+    else:
+        before, after = np.maximum(before, warp.output_start), np.minimum(after, warp.output_end)
+        travel = warp(after) - warp(before)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        speed = np.abs(travel) / (after - before)
+    return np.asarray(np.maximum(np.nan_to_num(speed, nan=1.0), 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Where each output frame averages the input, in frames of the input.
+
+    Attributes
+    ----------
+    centre : float array, shape (n_output,)
+        The middles of the windows.
+    closing, wrapped : float array, shape (n_output,)
+        Their half-widths where they close at the clip's ends, and where they go on across a loop's seam.
+    beyond : int
+        Frames beyond the seam that they may reach; 0 where the clip is no loop.
+    n_roots : int
+        How many of the first joints carry all of the body, and may have gone on since the first frame.
+    """
+
+    centre: FloatArray
+    closing: FloatArray
+    wrapped: FloatArray
+    beyond: int
+    n_roots: int
+
+    @property
+    def any_open(self) -> bool:
+        """Whether anything is averaged at all."""
+        return bool(np.any(self.wrapped > CLOSED))
+
+    def continued(self, values: FloatArray, gain: FloatArray | float = 0.0) -> FloatArray:
+        """Continue frames beyond a loop's seam; from one round to the next they gain `gain`."""
+        if not self.beyond:
+            return values
+        last = len(values) - 1
+        before, after = values[last - self.beyond : last] - gain, values[1 : self.beyond + 1] + gain
+        return np.concatenate([before, values, after])
+
+    def until_rest(self, at_rest: BoolArray) -> FloatArray:
+        """Count the frames from each middle to the nearest contact: 0 within one, infinite where there is none."""
+        at_rest = self.continued(at_rest.astype(np.float64)) > 0.5
+        frames = np.arange(len(at_rest))
+        earlier = np.maximum.accumulate(np.where(at_rest, frames, -np.inf))
+        later = np.minimum.accumulate(np.where(at_rest, frames, np.inf)[::-1])[::-1]
+        place = self.centre + self.beyond
+        before, after = np.floor(place).astype(np.intp), np.ceil(place).astype(np.intp)
+        away = np.minimum(place - earlier[before], later[after] - place)
+        return np.where(at_rest[before] & at_rest[after], 0.0, away)
+
+    def of(self, joints: IntArray, half: FloatArray) -> list[tuple[IntArray, FloatArray]]:
+        """Part increasing joints by their half-widths: a loop's root closes at the ends."""
+        n = int(np.searchsorted(joints, self.n_roots)) if self.beyond else 0
+        return [(joints[:n], np.minimum(half, self.closing)), (joints[n:], half)] if n else [(joints, half)]
+
+    def means(self, values: FloatArray, half: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Find the output frames whose windows are open, and the means of continued values over these."""
+        fast = np.flatnonzero(half > CLOSED)
+        middle = self.centre[fast] + self.beyond
+        return fast, _window_means(values, middle - half[fast], middle + half[fast])
+
+
+def windows_of(
+    motion: Motion | Signal, warp: Warp, output_times: FloatArray, input_times: FloatArray, *, loop: bool
+) -> Windows:
+    """Size the windows of all output frames by the warp's speed."""
+    rate, last = float(motion.rate), motion.n_frames - 1
+    half = (window_frames(warp, rate, output_times, loop=loop) - 1.0) / 2
+    centre = np.clip(input_times * rate, 0, last)
+    closing = np.minimum(half, np.minimum(centre, last - centre))
+    # A window wider than the whole cycle would count some of it more often than the rest.
+    wrapped = np.minimum(half, last / 2) if loop else closing
+    beyond = min(last, int(np.ceil(wrapped.max()))) if loop else 0
+    return Windows(centre, closing, wrapped, beyond, count_roots(motion) if isinstance(motion, Motion) else 0)
+
+
+@dataclass(frozen=True, eq=False)
+class JointGroup:
+    """Joints that carry the same feet, and so have the same windows.
+
+    Attributes
+    ----------
+    joints : int array
+        Increasing.
+    chain : int array
+        These and all joints above them, increasing.
+    half : float array, shape (n_output,)
+        Half-widths of their windows.
+    """
+
+    joints: IntArray
+    chain: IntArray
+    half: FloatArray
+
+
+def joint_groups(motion: Motion, windows: Windows, contacts: Contacts | None) -> list[JointGroup]:
+    """Group joints by the feet that they carry; the groups are in no order that the tree knows of."""
+    parents = motion.skeleton.parents
+    carried: list[set[int]] = [set() for _ in parents]
+    for foot, point in enumerate(() if contacts is None else contacts.feet):
+        joint = point.joint
+        while joint >= 0:
+            carried[joint].add(foot)
+            joint = parents[joint]
+    members = defaultdict(list)
+    for joint, feet in enumerate(carried):
+        members[frozenset(feet)].append(joint)
+    away = [] if contacts is None else [windows.until_rest(column) for column in contacts.at_rest.T]
+    groups = []
+    for standing, joints in members.items():
+        chain: set[int] = set()
+        for joint in joints:
+            while joint >= 0 and joint not in chain:
+                chain.add(joint)
+                joint = parents[joint]
+        half = windows.wrapped
+        for foot in standing:
+            # One frame of width for each frame of distance, and no more: so neither end moves against time. Opening
+            # more slowly made nothing smoother.
+            half = np.minimum(half, away[foot])
+        groups.append(JointGroup(np.array(joints, np.intp), np.array(sorted(chain), np.intp), half))
+    return groups
+
+
+def average_columns(
+    sampled: FloatArray, values: FloatArray, columns: IntArray, windows: Windows, half: FloatArray
+) -> None:
+    """Put the means of columns of numbers (n_frames, n_columns, ...) where windows are open."""
+    if not len(columns):
+        return
+    values = values[:, columns]
+    gain = values[-1] - values[0]
+    # About the first frame, so that what is constant stays so to the last bit.
+    origin = values[0]
+    fast, means = windows.means(windows.continued(values - origin, gain), half)
+    sampled[fast[:, None], columns] = origin + means
+
+
+def average_rotations(sampled: FloatArray, motion: Motion, windows: Windows, groups: list[JointGroup]) -> FloatArray:
+    """Turn each joint, in space, as the pose averaged over its window would have it."""
+    parents = motion.skeleton.parents
+    poses = [
+        dict(zip(group.chain.tolist(), _average_pose(sampled, motion, windows, group), strict=True)) for group in groups
+    ]
+    # Whose windows a joint has, for all joints first: its parent may be in any other group.
+    turned_by = {joint: pose for group, pose in zip(groups, poses, strict=True) for joint in group.joints.tolist()}
+    rotations = sampled.copy()
+    for group, pose in zip(groups, poses, strict=True):
+        fast = np.flatnonzero(group.half > CLOSED)
+        for joint in group.joints.tolist():
+            own, parent = pose[joint][fast], parents[joint]
+            if parent >= 0 and turned_by[parent] is not pose:
+                # The parent carries a foot that this joint doesn't, and may be averaged over less.
+                there, here = (_turn_in_space(each, parents, parent, fast) for each in (turned_by[parent], pose))
+                own = rotation.multiply(rotation.multiply(rotation.conjugate(there), here), own)
+            rotations[fast, joint] = own
+    return rotations
+
+
+def _turn_in_space(pose: Mapping[int, FloatArray], parents: Sequence[int], joint: int, frames: IntArray) -> FloatArray:
+    """Global rotation of a joint in some frames of a pose."""
+    turn = pose[joint][frames]
+    while parents[joint] >= 0:
+        joint = parents[joint]
+        turn = rotation.multiply(pose[joint][frames], turn)
+    return turn
+
+
+def _average_pose(sampled: FloatArray, motion: Motion, windows: Windows, group: JointGroup) -> list[FloatArray]:
+    """Local rotations of a group's chain, each (n_output, 4), averaged over the group's windows."""
+    pose = []
+    for joints, half in windows.of(group.chain, group.half):
+        result = sampled[:, joints]
+        # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
+        # Where they go all the way round, and cancel, there is none: those joints keep the sampled rotation.
+        fast, means = windows.means(_one_side(windows.continued(motion.rotations[:, joints])), half)
+        apart = np.einsum("fjc,fjc->fj", means, means) < 0.1**2
+        if apart.any():
+            means[apart] = result[fast][apart]
+        result[fast] = rotation.normalize(means)
+        pose += [result[:, column] for column in range(len(joints))]
+    return pose
+
+
+def _one_side(rotations: FloatArray) -> FloatArray:
+    """Flip quaternions (n_frames, n_joints, 4) so that each lies on its predecessor's side."""
+    turns = np.einsum("fjc,fjc->fj", rotations[1:], rotations[:-1]) < 0
+    if not turns.any():
+        return rotations
+    flips = np.cumsum(turns, axis=0) % 2 == 1
+    sides = np.ones((*rotations.shape[:2], 1))
+    sides[1:][flips] = -1.0
+    return rotations * sides
+
+
+def _window_means(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Mean of the polyline through `values` (n_frames, ...) over each window [low, high], in frames."""
+    flat = values.reshape(len(values), -1)
+    means = np.empty((len(low), flat.shape[1]))
+    first = np.minimum(low.astype(np.intp), len(flat) - 1)
+    # Frames that a window weighs: to both sides of its ends, and between.
+    counts = np.minimum(np.ceil(high).astype(np.intp), len(flat) - 1) - first + 1
+    long = np.flatnonzero(counts > _LONG)
+    for window in long:
+        frames = np.arange(first[window], first[window] + counts[window])
+        means[window] = _weights(frames, low[window], high[window]) @ flat[frames[0] : frames[-1] + 1]
+    # The others step by step, all at once, the longest first. Sums stay local, so long clips lose no digits.
+    order = np.argsort(-counts, kind="stable")[len(long) :]
+    first, low, high, counts = first[order], low[order], high[order], counts[order]
+    total = np.zeros((len(order), flat.shape[1]))
+    for step in range(int(counts[0]) if len(counts) else 0):
+        n = int(np.searchsorted(-counts, -step, side="left"))
+        frames = first[:n] + step
+        term = flat[frames]
+        term *= _weights(frames, low[:n], high[:n])[:, None]
+        total[:n] += term
+    means[order] = total
+    return means.reshape(len(means), *values.shape[1:])
+
+
+def _weights(frames: IntArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Weight of frames in the means over windows: the areas, inside the window, of the hats that stand on them."""
+    a, b = np.clip(low - frames, -1.0, 1.0), np.clip(high - frames, -1.0, 1.0)
+    # From a to b: 1 + x where x < 0, 1 - x where x > 0. Each side is a width times its middle's height.
+    left, right = np.minimum(b, 0.0) - np.minimum(a, 0.0), np.maximum(b, 0.0) - np.maximum(a, 0.0)
+    area = left * (1.0 + (np.minimum(a, 0.0) + np.minimum(b, 0.0)) / 2)
+    area += right * (1.0 - (np.maximum(a, 0.0) + np.maximum(b, 0.0)) / 2)
+    return np.asarray(area / (high - low))

@@ -1,0 +1,90 @@
+"""How far standing feet slide, before and after a warp."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from retime.brief import kind_of
+from retime.errors import OptionError
+from retime.motion.contacts import Contacts, Slip, slip, slip_of
+from retime.motion.contacts import contacts as find_contacts
+from retime.motion.motion import Motion
+from retime.warp.apply import check_seam, compare_ranges, resampled
+from retime.warp.curve import WarpLike, as_warp, output_frame_times
+
+
+@dataclass(frozen=True, eq=False)
+class SlipReport:
+    """How far feet slide while they stand, before and after a warp.
+
+    Attributes
+    ----------
+    input : Slip
+        Of the input itself.
+    unaveraged, plain, contact_aware : Slip
+        Of the output, in the same contacts as far as output frames fall into them: without averaging, with everything
+        averaged as in the paper, and with standing feet exempted.
+    """
+
+    input: Slip
+    unaveraged: Slip
+    plain: Slip
+    contact_aware: Slip
+
+    def __repr__(self) -> str:
+        means = ", ".join(f"{name} {each.mean:.1f}" for name, each in self._measured())
+        guessed = ", the figure's size guessed" * self.input.size_guessed
+        return f"SlipReport({len(self.input.contacts)} contacts, mean slip in mm{guessed}: {means})"
+
+    def _repr_html_(self) -> str:
+        from retime.warp.slip_picture import slip_html
+
+        return slip_html(self)
+
+    def _measured(self) -> list[tuple[str, Slip]]:
+        return [(field.name, getattr(self, field.name)) for field in fields(self)]
+
+
+def retimed_slip(motion: Motion, warp: WarpLike, *, contacts: Contacts | None = None, loop: bool = False) -> SlipReport:
+    """Measure what a warp, and averaging, do to standing feet.
+
+    Parameters
+    ----------
+    motion : Motion
+        The input.
+    warp : Warp or GuidedWarp
+        From output time to input time.
+    contacts : Contacts, optional
+        When the input's feet stand; left out, they are found. An output frame is in a contact if the input is, at
+        the time that it shows.
+    loop : bool
+        As in `apply_warp`.
+
+    Returns
+    -------
+    SlipReport
+        Four measurements as `retime.motion.contacts.slip` defines them. Without averaging a foot is only where the
+        input had it, so there is no more slip than in the input, but for the frame from which it is counted.
+    """
+    if not isinstance(motion, Motion):
+        raise OptionError(f"expected retimed_slip(motion, warp) with a Motion, for feet slip; found {kind_of(motion)}")
+    warp = as_warp(warp, "retimed_slip(motion, warp)")
+    compare_ranges(motion, warp)
+    if not (contacts is None or isinstance(contacts, Contacts)):
+        raise OptionError(f"contacts must be Contacts or None, which finds them; found {kind_of(contacts)}")
+    if contacts is not None:
+        contacts.refuse_other(motion)
+    if loop:
+        check_seam(motion)
+    standing = find_contacts(motion) if contacts is None else contacts
+    shown = standing.where_held().spans_at(warp(output_frame_times(warp, float(motion.rate))))
+
+    def measured(average: bool, exempt: Contacts | None, keep_root_path: bool) -> Slip:
+        return slip_of(resampled(motion, warp, average, exempt, keep_root_path, loop), standing.feet, shown)
+
+    return SlipReport(
+        input=slip(motion, standing),
+        unaveraged=measured(False, None, True),
+        plain=measured(True, None, False),
+        contact_aware=measured(True, standing, True),
+    )

@@ -1,0 +1,97 @@
+"""Scores kept from one solve to the next are the scores that a fresh start would give, to the last bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from retime.arrays import FloatArray
+from retime.errors import InfeasibleWarpError
+from retime.search.reduction import Reduction, reduce_to_compression
+from retime.search.score import build_model, triple_scores
+from retime.search.score_table import ScoreTable, score_table
+from retime.warp.curve import Keytime
+
+RATE, DURATION = 30.0, 8.0
+
+
+def poses_at(times: FloatArray) -> FloatArray:
+    phases = np.arange(6)
+    return np.sin(times[:, None] * (1 + 0.3 * phases) + phases) + 0.1 * times[:, None] ** 1.5
+
+
+REFERENCE = poses_at(np.arange(0, DURATION, 1 / RATE))
+MODEL = build_model([REFERENCE], rate=RATE, time_scale=0.2, n_neighbors=3, weights=[1.0])
+
+
+class Scorer:
+    """Scores poses, and counts them."""
+
+    def __init__(self, max_skip: int, score: str = "joint") -> None:
+        self.max_skip, self.score, self.n_scored = max_skip, score, 0
+
+    def __call__(self, poses: FloatArray) -> FloatArray:
+        self.n_scored += len(poses)
+        return triple_scores(poses, MODEL, max_skip=self.max_skip, score=self.score)
+
+
+def table(reduction: Reduction, scorer: Scorer, before: ScoreTable | None) -> ScoreTable:
+    return score_table(reduction, scorer.max_skip, poses_at(reduction.input_times), scorer, before)
+
+
+def reduction_through(inner: list[tuple[float, float]], upsample: int | list[int]) -> Reduction:
+    keys = [
+        Keytime(input_time=0.0, output_time=0.0),
+        *(Keytime(input_time=into, output_time=out) for into, out in inner),
+        Keytime(input_time=DURATION, output_time=9.0),
+    ]
+    return reduce_to_compression(keys, DURATION, rate=RATE, upsample=upsample)
+
+
+@pytest.mark.parametrize("score", ["joint", "conditional"])
+def test_rows_that_are_kept_equal_rows_that_are_scored(score: str) -> None:
+    rng = np.random.default_rng(3)
+    before, saved = None, 0
+    for turn in range(40):
+        scorer = Scorer(int(rng.choice([3, 4, 6])), score)
+        # Forward, held and backward spans; the same keys a little elsewhere, most of the time.
+        if turn % 4 == 0:
+            into = rng.uniform(0.5, 7.5, 2)
+            into[1] = into[0] if turn % 8 == 0 else into[1]
+            upsamples = rng.choice([1, 2], 3).tolist()
+        moved = np.clip(into + rng.uniform(-0.2, 0.2), 0.1, 7.9)
+        try:
+            reduction = reduction_through([(moved[0], 3.0), (moved[1], 6.0)], upsamples)
+        except InfeasibleWarpError:
+            continue
+        found = table(reduction, scorer, before)
+        fresh = triple_scores(poses_at(reduction.input_times), MODEL, max_skip=scorer.max_skip, score=score)
+        assert np.array_equal(found.scores, fresh)
+        saved += scorer.n_scored < reduction.n_input
+        before = found
+    assert saved > 10
+
+
+def test_a_key_that_moves_scores_only_what_lies_beside_it() -> None:
+    scorer = Scorer(8)
+    before = table(reduction_through([(4.0, 3.0)], [1, 4]), scorer, None)
+    scorer.n_scored = 0
+    after = table(reduction_through([(4.1, 3.0)], [1, 4]), scorer, before)
+    # Around the key, with as many frames again for the steps that lead there.
+    assert scorer.n_scored < 45
+    assert after.reduction.n_input > 500
+
+
+def test_longer_steps_are_scored_anew() -> None:
+    before = table(reduction_through([], 1), Scorer(4), None)
+    scorer = Scorer(6)
+    after = table(reduction_through([], 1), scorer, before)
+    assert scorer.n_scored == after.reduction.n_input
+    assert not before.serves(after.reduction, 6)
+    assert before.serves(after.reduction, 4)
+    assert after.serves(before.reduction, 4)
+    assert np.array_equal(after.up_to(4), before.scores)
+    # What grows once grows further; what shrinks a little stays.
+    assert before.next_skip(20) > 20
+    assert after.next_skip(5) == 6
+    assert after.next_skip(2) == 2
