@@ -68,8 +68,10 @@ def locked_jump() -> dict[str, retime.Warp]:
     lock = retime.Lock(SECOND_UP, SECOND_DOWN, 0.5, 0.5)
     free = retime.guided_warp(CLIP, length="80%")
     result = retime.guided_warp(CLIP, length="80%", locks=[lock])
-    inside = (result.steps.input_times[:-1] >= SECOND_UP + 0.05) & (result.steps.input_times[1:] <= SECOND_DOWN - 0.05)
-    assert np.allclose(result.steps.slopes[inside], 0.5)
+    inside = (result.staircase.input_times[:-1] >= SECOND_UP + 0.05) & (
+        result.staircase.input_times[1:] <= SECOND_DOWN - 0.05
+    )
+    assert np.allclose(result.staircase.slopes[inside], 0.5)
     return {"guided": free.warp, "jump locked to 1/2": result.warp}
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from retime.search.session import DEFAULT_TIME_SCALE
+from retime.search.options import default_of
 
-DEFAULTS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": DEFAULT_TIME_SCALE}
+DEFAULTS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": default_of("time_scale")}
 """What `retime.guided_warp` chooses by itself, said aloud."""
 
 AS_PRINTED: dict[str, Any] = {"features": "torso", "score": "joint", "time_scale": 1 / 30}

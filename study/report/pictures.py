@@ -86,7 +86,7 @@ def draw_speeds(evaluations: Sequence[Evaluation], path: Path) -> None:
         figure = new_figure(figsize=(12.8, 2.1 * n_rows + 0.4))
         for place, evaluation in enumerate(evaluations):
             axes = figure.add_subplot(n_rows, 3, place + 1, label=evaluation.key)
-            warp = evaluation.guided.steps
+            warp = evaluation.guided.staircase
             _speed_axes(axes, warp.output_start, warp.output_end)
             flights = [
                 (float(evaluation.guided.warp.inverse()(start)), float(evaluation.guided.warp.inverse()(end)))

@@ -94,7 +94,7 @@ def warp_signal(length: str = "60%") -> SignalResult:
         spans,
         found,
         linear,
-        flight_timing(found.steps, spans),
+        flight_timing(found.staircase, spans),
         flight_timing(linear, spans),
         worst[0],
         worst[1],

@@ -270,7 +270,7 @@ def test_defaults_in_help_are_those_of_the_library(run) -> None:
         "--rate": session.DEFAULT_RATE,
         "--max-skip": plan.DEFAULT_MAX_SKIP,
         "--neighbors": session.DEFAULT_NEIGHBORS,
-        "--time-scale": session.DEFAULT_TIME_SCALE,
+        "--time-scale": session.default_of("time_scale"),
         "--low-pass": session.DEFAULT_LOW_PASS,
         "--smoothing": session.DEFAULT_SMOOTHING,
     }.items():

@@ -170,7 +170,7 @@ def test_a_hold_is_named_from_its_first_frame_to_its_last() -> None:
 def test_a_lock_is_named_where_it_decides_and_nowhere_else() -> None:
     result = guided_warp(curve(150), length="120%", locks=[Lock(2.0, 3.0, 1.5, 1.5)], upsample=2)
     explained = result.explain()
-    (span,) = result.locked
+    (span,) = result.plan.locked
     inside = [
         i for i, (a, b) in enumerate(itertools.pairwise(result.path.frames)) if span.first <= a and b <= span.last
     ]
@@ -185,7 +185,7 @@ def test_a_range_of_speeds_is_named_where_its_ends_are_reached() -> None:
     # Kept from being cut, the stretch would be played faster: the rest is.
     result = guided_warp(curve(150), length="70%", locks=[Lock(1.0, 4.0, 0.0, 1.0)])
     explained = result.explain()
-    (span,) = result.locked
+    (span,) = result.plan.locked
     inside = [
         i for i, (a, b) in enumerate(itertools.pairwise(result.path.frames)) if span.first <= a and b <= span.last
     ]

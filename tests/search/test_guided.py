@@ -26,13 +26,13 @@ def check(result: GuidedWarp) -> None:
     assert len(frames) == result.n_output
     assert [int(frames[position]) for position in result.reduction.positions] == list(result.reduction.frames)
     assert ((steps >= 1) & (steps <= result.max_skip)).all()
-    assert result.allowed[frames[:-1], steps - 1].all()
+    assert result.plan.allowed[frames[:-1], steps - 1].all()
     assert result.path.lower_bound <= result.total
-    for warp in (result.warp, result.steps):
+    for warp in (result.warp, result.staircase):
         assert warp.keytimes == result.reduction.keytimes
         for key in warp.keytimes:
             assert float(warp(key.output_time)) == key.input_time
-    assert len(result.steps.output_times) == result.n_output
+    assert len(result.staircase.output_times) == result.n_output
 
 
 def place(times: np.ndarray) -> np.ndarray:
@@ -102,10 +102,10 @@ def test_stretches_take_the_speed_that_the_reference_has_there(score: str) -> No
         moving, reference=reference, length=f"{len(reference_times)}f", score=score, low_pass=0, smoothing=0
     )
     check(result)
-    inside = (result.steps.input_times[:-1] > 0.2) & (result.steps.input_times[1:] < 1.8)
-    assert result.steps.slopes[inside].mean() == pytest.approx(0.5, rel=0.05)
-    inside = (result.steps.input_times[:-1] > 2.2) & (result.steps.input_times[1:] < 3.8)
-    assert result.steps.slopes[inside].mean() == pytest.approx(2.0, rel=0.1)
+    inside = (result.staircase.input_times[:-1] > 0.2) & (result.staircase.input_times[1:] < 1.8)
+    assert result.staircase.slopes[inside].mean() == pytest.approx(0.5, rel=0.05)
+    inside = (result.staircase.input_times[:-1] > 2.2) & (result.staircase.input_times[1:] < 3.8)
+    assert result.staircase.slopes[inside].mean() == pytest.approx(2.0, rel=0.1)
 
 
 def jumps(rate: int, drift: float = 0.2) -> tuple[Signal, list[tuple[float, float]]]:
@@ -257,7 +257,9 @@ def test_an_array_and_its_rate_will_do() -> None:
 def test_without_smoothing_the_warp_is_the_path() -> None:
     clip = wandering_signal(150, 30)
     result = guided_warp(clip, length="70%", smoothing=0)
-    np.testing.assert_allclose(result.warp(result.steps.output_times), result.steps.input_times, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        result.warp(result.staircase.output_times), result.staircase.input_times, rtol=0, atol=1e-12
+    )
     smooth = guided_warp(clip, length="70%", smoothing=5)
     assert np.array_equal(smooth.path.frames, result.path.frames)
     assert np.abs(np.diff(smooth.warp.slopes)).max() < np.abs(np.diff(result.warp.slopes)).max()

@@ -214,7 +214,7 @@ def test_keytimes_are_met_exactly(
     for output_time, input_time in [(0.0, 0.0), *pairs, (result.warp.output_end, None)]:
         if input_time is not None and output_time > 0:
             assert float(result.warp(output_time)) == input_time
-            assert float(result.steps(output_time)) == input_time
+            assert float(result.staircase(output_time)) == input_time
     assert result.warp.keytimes == result.reduction.keytimes
     # Between two keys it goes one way, at rest in a hold.
     warp = result.warp
@@ -459,7 +459,7 @@ CONTRADICTIONS: dict[str, tuple[dict[str, object], str]] = {
     "upsample_0": ({"upsample": 0}, "upsample must be"),
     "smoothness_negative": ({"smoothness": -1.0}, "smoothness"),
     "smoothness_nan": ({"smoothness": float("nan")}, "smoothness"),
-    "smoothing_negative": ({"smoothing": -1}, "smoothing window"),
+    "smoothing_negative": ({"smoothing": -1}, "smoothing must be"),
     "influence_beyond_1": ({"influence": 1.5}, "from 0 to 1"),
     "influence_nan": ({"influence": float("nan")}, "from 0 to 1"),
     "influence_of_the_wrong_shape": ({"influence": [0.1, 0.2]}, "rows of"),
@@ -535,7 +535,7 @@ def test_a_step_is_one_speed_whatever_its_spans_upsampling() -> None:
 def test_a_window_of_one_frame_changes_nothing(smoothing: int) -> None:
     result = guided_warp(curve(120), length="65%", smoothing=smoothing)
     times = np.linspace(0, result.warp.output_end, 500)
-    np.testing.assert_allclose(result.warp(times), result.steps(times), atol=1e-12)
+    np.testing.assert_allclose(result.warp(times), result.staircase(times), atol=1e-12)
 
 
 def test_a_fiftieth_of_the_length_is_as_fast_as_steps_get() -> None:
@@ -563,7 +563,7 @@ def test_no_speed_lies_beyond_what_max_skip_and_the_limits_allow() -> None:
             continue
         solved += 1
         low, high = options.get("speed", (0.0, math.inf))  # type: ignore[misc]
-        for warp in (result.steps, result.warp):
+        for warp in (result.staircase, result.warp):
             for span, (before, after) in enumerate(itertools.pairwise(warp.keytimes)):
                 mean = (after.input_time - before.input_time) / (after.output_time - before.output_time)
                 upsample = result.reduction.upsamples[span]
@@ -588,8 +588,8 @@ def test_a_lock_is_kept_beside_keytimes_that_lie_between_frames() -> None:
         except (InfeasibleWarpError, OptionError):
             continue
         solved += 1
-        frames, times = result.path.frames, result.steps.output_times
-        for span in result.locked:
+        frames, times = result.path.frames, result.staircase.output_times
+        for span in result.plan.locked:
             first, last = np.flatnonzero((frames == span.first) | (frames == span.last))
             # Halfway between knots, where a speed is one piece's.
             inside = (times[first:last] + times[first + 1 : last + 1]) / 2

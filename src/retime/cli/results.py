@@ -277,7 +277,7 @@ def _say_summary(found: Found, outputs: OutputOptions) -> None:
     rows.append(("speed", summary.speed_text(found.warp)))
     spans = summary.flight_spans(clip)
     if spans:
-        rows.append(("flights", summary.flights_text(found.warp if search is None else search.steps, spans)))
+        rows.append(("flights", summary.flights_text(found.warp if search is None else search.staircase, spans)))
     if search is not None and search.excess is not None:
         rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
     if outputs.output is not None and (slip := summary.slip_text(clip, found.warp, average=outputs.average)):

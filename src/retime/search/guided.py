@@ -6,20 +6,14 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
+from retime.search import options
 from retime.search.inputs import Clip
+from retime.search.options import FreeWeight, SearchName
 from retime.search.poses.references import Reference
 from retime.search.poses.spaces import PoseOptions, PoseSpace
 from retime.search.result import GuidedWarp
 from retime.search.score import ScoreName
-from retime.search.session import (
-    DEFAULT_LOW_PASS,
-    DEFAULT_NEIGHBORS,
-    DEFAULT_SMOOTHING,
-    DEFAULT_TIME_SCALE,
-    FreeWeight,
-    SearchName,
-    Session,
-)
+from retime.search.session import Session
 from retime.search.wishes.locks import Lock
 
 
@@ -40,12 +34,12 @@ def guided_warp(
     rate: float | str | None = None,
     max_skip: int | None = None,
     upsample: int | None = None,
-    n_neighbors: int = DEFAULT_NEIGHBORS,
-    time_scale: float = DEFAULT_TIME_SCALE,
-    low_pass: float = DEFAULT_LOW_PASS,
+    n_neighbors: int = 3,
+    time_scale: float = 0.2,
+    low_pass: float = 4.0,
     features: PoseSpace | PoseOptions | Sequence[PoseOptions] | None = None,
     score: ScoreName = "joint",
-    smoothing: int = DEFAULT_SMOOTHING,
+    smoothing: int = 5,
     search: SearchName = "priced",
 ) -> GuidedWarp:
     """Find the warp that meets the keytimes, keeps the input's content, and moves like the reference (§3).
@@ -131,29 +125,7 @@ def guided_warp(
     >>> result.n_input, result.n_output, round(float(result.warp(result.warp.output_end)), 3)
     (120, 90, 3.967)
     """
-    session = Session(
-        motion,
-        reference=reference,
-        rate=rate,
-        n_neighbors=n_neighbors,
-        time_scale=time_scale,
-        low_pass=low_pass,
-        features=features,
-        score=score,
-    )
-    return session.solve(
-        length=length,
-        min_length=min_length,
-        max_length=max_length,
-        free_weight=free_weight,
-        keys=keys,
-        locks=locks,
-        speed=speed,
-        smoothness=smoothness,
-        influence=influence,
-        loop=loop,
-        max_skip=max_skip,
-        upsample=upsample,
-        smoothing=smoothing,
-        search=search,
-    )
+    # The signature above is written out for people; what it says is compared with `retime.search.options` by a test.
+    given = locals()
+    session = Session(motion, reference=reference, **{name: given[name] for name in options.names("analysis")})
+    return session.solve(keys=keys, locks=locks, **{name: given[name] for name in options.names("solve")})

@@ -13,8 +13,8 @@ from retime.brief import kind_of
 from retime.errors import OptionError
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
+from retime.search.grid import DEFAULT_MAX_SKIP, usual_upsample
 from retime.search.guided import guided_warp
-from retime.search.plan import DEFAULT_MAX_SKIP, usual_upsample
 from retime.search.poses.references import Reference
 from retime.search.result import GuidedWarp
 from retime.warp.apply import apply_warp

@@ -1,116 +1,114 @@
-"""How fine the input is offered and how far a step may go, so that every keytime can be met (§3.1)."""
+"""What a request comes to: the input as it is offered to the search, and the steps that may be taken through it."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
-from retime.arrays import BoolArray
+from retime.arrays import BoolArray, IntArray
 from retime.errors import InfeasibleWarpError, OptionError
-from retime.search.reduction import SLOWEST_SEARCHED, Reduction, reduce_to_compression
+from retime.search.grid import choose_max_skip, choose_upsamples
+from retime.search.reduction import Reduction, nearest_frame, reduce_to_compression
 from retime.search.wishes.allowed import allowed_steps
+from retime.search.wishes.asked import Wishes
 from retime.search.wishes.feasible import check_counts, least_max_skip
-from retime.search.wishes.locks import Lock, LockedSpan, locked_spans
+from retime.search.wishes.locks import LockedSpan, locked_spans
 from retime.search.wishes.steps import MAX_STEP
 from retime.search.wishes.upsampling import MAX_UPSAMPLE, upsample_for
 from retime.warp.curve import Keytime
 
 Upsamples = int | tuple[int, ...]
 
-DEFAULT_MAX_SKIP = 8
-# Frames offered per analysis period where a motion may slow down. Another's timing is met two to three times as closely
-# in eighths as in quarters (docs/method.md), at three times the cost: worth it up to so many seconds of input.
-_QUARTERS, _EIGHTHS, _EIGHTHS_UP_TO = 4, 8, 120.0
-
 
 @dataclass(frozen=True)
-class Wishes:
-    """What is asked for beside keytimes.
+class Request:
+    """What is asked of one search, in numbers.
 
     Attributes
     ----------
-    input_end : float
-        Time of the last input frame, seconds.
-    last_frame : float
-        How long the last output frame is shown, seconds: a frame period of the clip. A length counts it.
-    locks : tuple of Lock
-        Spans of the input at given speeds.
-    tangents : tuple of float
-        Speeds at keytimes.
-    slowest, fastest : float
-        Playback speeds for the whole clip.
+    keytimes : tuple of Keytime
+        Ends included, in output order.
+    wishes : Wishes
+        Locks, tangents and speed limits.
+    motion_rate : Fraction
+        Frames a second of the input.
+    length_bounds : (int, int or None)
+        Least and most frames of a free length, at the motion's rate; None is no bound.
+    loop : bool
+        First and last step must be able to agree.
+    upsample, max_skip : int, optional
+        As `retime.guided_warp` has them; left out, they are chosen.
     """
 
-    input_end: float
-    last_frame: float
-    locks: tuple[Lock, ...]
-    tangents: tuple[float, ...]
-    slowest: float
-    fastest: float
+    keytimes: tuple[Keytime, ...]
+    wishes: Wishes
+    motion_rate: Fraction
+    length_bounds: tuple[int, int | None] = (2, None)
+    loop: bool = False
+    upsample: int | None = None
+    max_skip: int | None = None
 
     @property
-    def any(self) -> bool:
-        """Whether anything is."""
-        return bool(self.locks or self.tangents) or self.slowest > 0 or self.fastest < math.inf
+    def free(self) -> bool:
+        """Whether the length is the search's to find."""
+        return math.isinf(self.keytimes[-1].output_time)
+
+
+@dataclass(frozen=True, eq=False)
+class SearchPlan:
+    """What a request comes to, made once and handed on.
+
+    Attributes
+    ----------
+    request : Request
+        What was asked for.
+    reduction : Reduction
+        The unrolled input.
+    max_skip : int
+        Largest step.
+    locked : tuple of LockedSpan
+        Where locks bind the unrolled input.
+    allowed : bool array, shape (n_input, max_skip)
+        Steps that the search may take: ``allowed[j, b - 1]`` from frame j to j + b.
+    n_output : int, (int, int) or None
+        Frames to select; the least and the most of them where the length is free and the count matters; None where
+        nothing counts.
+    """
+
+    request: Request
+    reduction: Reduction
+    max_skip: int
+    locked: tuple[LockedSpan, ...]
+    allowed: BoolArray
+    n_output: int | tuple[int, int] | None
 
     @property
-    def speeds(self) -> tuple[tuple[Lock, ...], tuple[float, ...], float, float]:
-        """Locks, tangents and limits, as `retime.search.wishes.upsampling.upsample_for` takes them."""
-        return self.locks, self.tangents, self.slowest, self.fastest
+    def anchors(self) -> tuple[tuple[int, int], ...]:
+        """Pairs (output position, unrolled frame) that the path must pass; the end of a free length has no position."""
+        return self.reduction.anchors[:-1] if self.request.free else self.reduction.anchors
 
-    def locked(self, reduction: Reduction, max_skip: int) -> tuple[LockedSpan, ...]:
-        """Find the unrolled frames that locks bind."""
-        return locked_spans(reduction, max_skip, self.input_end, self.locks)
-
-    def allowed(self, reduction: Reduction, max_skip: int) -> BoolArray:
-        """Say which steps the search may take, shape (n_input, max_skip)."""
-        locked = self.locked(reduction, max_skip)
-        return allowed_steps(reduction, max_skip, locked=locked, slowest=self.slowest, fastest=self.fastest)
-
-    def __str__(self) -> str:
-        words = ["the locks"] if self.locks else []
-        words += ["the tangents"] if self.tangents else []
-        words += ["the speed limits"] if self.slowest > 0 or self.fastest < math.inf else []
-        return " and ".join(words)
+    def finished(self, path: IntArray) -> Reduction:
+        """Return the reduction with the length that the path has."""
+        if not self.reduction.free:
+            return self.reduction
+        rate = self.request.motion_rate
+        least, most = (math.inf if n is None else float((n - 1) / rate) for n in self.request.length_bounds)
+        return self.reduction.with_path(path, float(rate), least_end=least, most_end=most)
 
 
-def reduce_to_fit(
-    keytimes: Sequence[Keytime],
-    wishes: Wishes,
-    *,
-    rate: float,
-    itself: bool,
-    loop: bool,
-    upsample: int | None,
-    max_skip: int | None,
-    counts: Callable[[Reduction], tuple[int, int]],
-) -> tuple[Reduction, int]:
+def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     """Unroll the input so that the keytimes can be met; what is left out is chosen.
 
     Parameters
     ----------
-    keytimes : sequence of Keytime
-        Ends included.
-    wishes : Wishes
-        What else is asked for.
+    request : Request
+        What is asked for.
     rate : float
         Analysis rate, Hz.
     itself : bool
         The input is its own reference.
-    loop : bool
-        First and last step must be able to agree.
-    upsample, max_skip : int, optional
-        As `retime.guided_warp` has them.
-    counts : function of a Reduction
-        The least and the most output frames of a free length.
-
-    Returns
-    -------
-    (Reduction, int)
-        The second is `max_skip`.
 
     Raises
     ------
@@ -119,49 +117,60 @@ def reduce_to_fit(
     OptionError
         Nothing plays the speeds that are asked for.
     """
-    if max_skip is not None and not 1 <= max_skip <= MAX_STEP:
-        raise OptionError(f"max_skip must be from 1 to {MAX_STEP}, found {max_skip}", option="max_skip")
-    chosen: Upsamples = choose_upsamples(keytimes, wishes, itself=itself, loop=loop) if upsample is None else upsample
+    given_skip, wishes = request.max_skip, request.wishes
+    if given_skip is not None and not 1 <= given_skip <= MAX_STEP:
+        raise OptionError(f"max_skip must be from 1 to {MAX_STEP}, found {given_skip}", option="max_skip")
+    chosen: Upsamples = (
+        choose_upsamples(request.keytimes, wishes, itself=itself, loop=request.loop)
+        if request.upsample is None
+        else request.upsample
+    )
 
     def reduced(upsample: Upsamples) -> Reduction:
-        return reduce_to_compression(keytimes, wishes.input_end, rate=rate, upsample=upsample)
+        return reduce_to_compression(request.keytimes, wishes.input_end, rate=rate, upsample=upsample)
 
-    def check(upsample: Upsamples, max_skip: int, **more: Any) -> None:
-        reduction = reduced(upsample)
-        n_output = counts(reduction) if reduction.free else None
-        check_counts(
-            reduction, wishes.allowed(reduction, max_skip), n_output=n_output, last_frame=wishes.last_frame, **more
-        )
+    def skip_for(reduction: Reduction) -> int:
+        return choose_max_skip(reduction, wishes, itself=itself) if given_skip is None else given_skip
 
-    def stuck(upsample: Upsamples, max_skip: int) -> int | None:
-        """Return a span that can't be crossed, -1 for another obstacle, None where all keytimes can be met."""
-        try:
-            check(upsample, max_skip)
-        except InfeasibleWarpError as error:
-            return -1 if error.span is None else error.span
-        except OptionError:
-            return -1
-        return None
+    def attempt(reduction: Reduction, max_skip: int, **messages: Any) -> SearchPlan:
+        locked = locked_spans(reduction, max_skip, wishes.input_end, wishes.locks)
+        allowed = allowed_steps(reduction, max_skip, locked=locked, slowest=wishes.slowest, fastest=wishes.fastest)
+        counts = _length_range(request, reduction) if request.free else None
+        check_counts(reduction, allowed, n_output=counts, last_frame=float(1 / request.motion_rate), **messages)
+        # Keytimes inside the clip have places in the output, so that the count matters; without them and without
+        # bounds nothing counts.
+        uncounted = request.free and len(request.keytimes) == 2 and request.length_bounds == (2, None)
+        n_output = reduction.n_output if counts is None else None if uncounted else counts
+        return SearchPlan(request, reduction, max_skip, locked, allowed, n_output)
 
     def fits(upsample: Upsamples, max_skip: int) -> bool:
-        return stuck(upsample, max_skip) is None
+        try:
+            attempt(reduced(upsample), max_skip)
+        except (InfeasibleWarpError, OptionError):
+            return False
+        return True
 
     choice = chosen
     refined: set[int] = set()
     while True:
         reduction = reduced(choice)
-        skip = choose_max_skip(reduction, wishes, itself=itself) if max_skip is None else max_skip
-        where = stuck(choice, skip)
-        if where is None:
-            return reduction, skip
-        if max_skip is None and (enough := least_max_skip(choice, skip, fits)) is not None:
+        skip = skip_for(reduction)
+        where = -1
+        try:
+            return attempt(reduction, skip)
+        except InfeasibleWarpError as error:
+            # A span that can't be crossed; -1 stands for any other obstacle.
+            where = -1 if error.span is None else error.span
+        except OptionError:
+            pass
+        if given_skip is None and (enough := least_max_skip(choice, skip, fits)) is not None:
             # Where locks play slowly, the rest has to be faster; and not all of it as fast as can be.
-            return reduction, min(MAX_STEP, enough + enough // 4)
+            return attempt(reduction, min(MAX_STEP, enough + enough // 4))
         # Where locks play fast, the rest may have to be slower than the lengths alone say; and a span that shows
         # as much as it takes may lose a frame to rounding.
         if isinstance(choice, int) or where == -1 or where in refined:
             break
-        ends = {0, len(choice) - 1} if loop else set()
+        ends = {0, len(choice) - 1} if request.loop else set()
         again = ends | {where} if where in ends else {where}
         refined |= again
         if 2 * max(choice[span] for span in again) > MAX_UPSAMPLE:
@@ -169,61 +178,36 @@ def reduce_to_fit(
         choice = tuple(
             upsample_for(2 * one, *wishes.speeds) if span in again else one for span, one in enumerate(choice)
         )
+    # Nothing that was tried fits: say why of the first choice.
     reduction = reduced(chosen)
-    skip = choose_max_skip(reduction, wishes, itself=itself) if max_skip is None else max_skip
+    skip = skip_for(reduction)
     if skip > MAX_STEP:
         raise OptionError(
             f"max_skip must be from 1 to {MAX_STEP}, found {skip} (for the speeds asked for, with "
             f"upsample={reduction.upsample})",
             option="speed",
         )
-    check(chosen, skip, wishes=str(wishes), fits=fits)
-    return reduction, skip
+    return attempt(reduction, skip, wishes=str(wishes), fits=fits)
 
 
-def choose_upsamples(keytimes: Sequence[Keytime], wishes: Wishes, *, itself: bool, loop: bool) -> tuple[int, ...]:
-    """1 where the input moves like itself and a span gets no longer; else 4, 8, or what the mean speed asks for."""
-    usual = _QUARTERS if itself else usual_upsample(wishes.input_end)
-    slower = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents]) < 1
-    limit = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
-    chosen = []
-    for before, after in itertools.pairwise(keytimes):
-        mean = abs(after.input_time - before.input_time) / (after.output_time - before.output_time)
-        if math.isinf(after.output_time):
-            least = usual
-        elif mean < SLOWEST_SEARCHED or (itself and mean > 0.999 and not slower):
-            least = 1
-        elif mean < 1:
-            least = max(usual, _ample(1 / mean, 16))
-        else:
-            # What plays fast throughout needs no frames so fine.
-            least = max(1, usual // math.floor(mean))
-        chosen.append(upsample_for(max(limit, least), *wishes.speeds))
-    if loop:
-        # First and last step must be able to agree.
-        chosen[0] = chosen[-1] = max(chosen[0], chosen[-1])
-    return tuple(chosen)
-
-
-def choose_max_skip(reduction: Reduction, wishes: Wishes, *, itself: bool) -> int:
-    """8, or twice unit speed, or ample for the mean step; or what the speed limits say."""
-    if wishes.fastest < math.inf:
-        return max(1, math.floor(wishes.fastest * reduction.upsample + 1e-6))
-    anchors = reduction.anchors[:-1] if reduction.free else reduction.anchors
-    mean = [(j1 - j0) / (p1 - p0) for (p0, j0), (p1, j1) in itertools.pairwise(anchors)]
-    least = [lock.fastest for lock in wishes.locks if lock.fixed] + [lock.slowest for lock in wishes.locks]
-    wanted = max([0.0, *least, *wishes.tangents]) * reduction.upsample
-    ample = min(_ample(max(mean, default=0.0), 64), MAX_STEP)
-    # Another's timing may be twice as fast anywhere.
-    usual = DEFAULT_MAX_SKIP if itself else max(DEFAULT_MAX_SKIP, 2 * min(reduction.upsample, _EIGHTHS))
-    return max(usual, ample, math.ceil(wanted - 1e-6))
-
-
-def usual_upsample(input_end: float) -> int:
-    """Return the frames offered per analysis period where an input of some seconds moves like another."""
-    return _EIGHTHS if input_end <= _EIGHTHS_UP_TO else _QUARTERS
-
-
-def _ample(mean: float, dear: int) -> int:
-    """Twice as much as on average; where that is dear, a quarter more."""
-    return max(min(math.ceil(2 * mean - 1e-9), dear), math.ceil(1.25 * mean - 1e-9))
+def _length_range(request: Request, reduction: Reduction) -> tuple[int, int]:
+    """Bounds on a free length, in analysis frames: what the unrolled input and the keytimes allow of it."""
+    low, high = (
+        None if n is None else nearest_frame(float((n - 1) / request.motion_rate) * reduction.rate) + 1
+        for n in request.length_bounds
+    )
+    shortest = reduction.positions[-2] + 2
+    longest = reduction.positions[-2] + 1 + reduction.frames[-1] - reduction.frames[-2]
+    least = max(low or 2, shortest)
+    most = longest if high is None else min(high, longest)
+    if least > most:
+        words = "" if high is None else f" to {high}"
+        raise InfeasibleWarpError(
+            f"no length lies within the bounds of {low}{words} frames (at the analysis rate): the keytimes and "
+            f"upsample={reduction.upsamples[-1]} allow {shortest} to {longest}. Change the bounds, or use "
+            "another upsample",
+            min_output=shortest,
+            max_output=longest,
+            option="min_length" if longest < (low or 2) else "max_length",
+        )
+    return least, most

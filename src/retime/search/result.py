@@ -7,16 +7,16 @@ from typing import Literal
 
 import numpy as np
 
-from retime.arrays import BoolArray, FloatArray
+from retime.arrays import FloatArray
 from retime.errors import OptionError
 from retime.motion.contacts import Contacts
 from retime.motion.signal import Signal
 from retime.search.explain import Explanation, explain_path
 from retime.search.path import FramePath
+from retime.search.plan import SearchPlan
 from retime.search.poses.counterparts import Clip
 from retime.search.reduction import Reduction
 from retime.search.score import Model, ScoreName
-from retime.search.wishes.locks import LockedSpan
 from retime.svg import facts_html, stacked
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
@@ -31,25 +31,23 @@ class GuidedWarp:
     ----------
     warp : Warp
         The result: output time to input time, smooth.
-    steps : Warp
+    staircase : Warp
         The guided warp before smoothing and blending: the polyline through the frames of the path.
     path : FramePath
         The selected frames of the unrolled input, their scores and total.
+    plan : SearchPlan
+        What the search was offered, and the steps that it was allowed.
     reduction : Reduction
-        What the search was offered.
+        The unrolled input; of a free length with the length that was found.
     model : Model
         The reference frames.
     references : tuple of str
         Names of the references.
     input_poses : float array, shape (n_input, n_numbers)
         Pose vectors of the unrolled input; their numbers are in no order of joints (`ModelPoses.in_own_order`).
-    allowed : bool array, shape (n_input, max_skip)
-        Steps that the search was allowed.
-    locked : tuple of LockedSpan
-        Where locks bound the unrolled input.
     n_reference : int
         Reference frames at the analysis rate, of all references.
-    max_skip, n_neighbors : int
+    n_neighbors : int
         As used.
     time_scale, low_pass : float
         As used; seconds and Hz.
@@ -66,16 +64,14 @@ class GuidedWarp:
     """
 
     warp: Warp
-    steps: Warp
+    staircase: Warp
     path: FramePath
+    plan: SearchPlan
     reduction: Reduction
     model: Model
     references: tuple[str, ...]
     input_poses: FloatArray
-    allowed: BoolArray
-    locked: tuple[LockedSpan, ...]
     n_reference: int
-    max_skip: int
     n_neighbors: int
     time_scale: float
     low_pass: float
@@ -101,6 +97,11 @@ class GuidedWarp:
     def n_output(self) -> int:
         """Frames selected."""
         return self.reduction.n_output
+
+    @property
+    def max_skip(self) -> int:
+        """Largest step that the search was allowed, in unrolled frames."""
+        return self.plan.max_skip
 
     @property
     def upsample(self) -> int:
@@ -186,8 +187,8 @@ class GuidedWarp:
             self.path,
             self.model,
             self.input_poses,
-            self.allowed,
-            locked=self.locked,
+            self.plan.allowed,
+            locked=self.plan.locked,
             references=self.references,
             n_neighbors=self.n_neighbors,
             score=self.score,

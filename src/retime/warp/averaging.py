@@ -1,4 +1,4 @@
-"""Averaging where a warp speeds up (§3.4): windows of the input, rotations averaged as rotations, feet that stand exempt."""
+"""Averaging where a warp speeds up (§3.4): over windows of the input, standing feet exempt."""
 
 from __future__ import annotations
 

@@ -243,7 +243,7 @@ SPEEDS = [1.0, 0.5, 0.25, 2.0, 1.5, 1 / 3, 0.37, 1.234, 3.0]
 def test_a_lock_is_played_at_its_speed_to_the_last_digit(speed: float, rate: int) -> None:
     lock = Lock(1.01, 2.03, speed, speed)
     result = Session(curve(4.0, rate)).solve(length="130%", locks=[lock])
-    (span,) = result.locked
+    (span,) = result.plan.locked
     times = result.reduction.input_times[[span.first, span.last]]
     # It begins and ends as near as the grid allows.
     assert abs(times[0] - lock.start) <= 0.5 / (30 * result.upsample) + 1e-9
@@ -258,7 +258,7 @@ def test_a_lock_is_played_at_its_speed_to_the_last_digit(speed: float, rate: int
 def test_a_lock_on_a_range_is_kept_after_smoothing(bounds: tuple[float, float]) -> None:
     lock = Lock(1.0, 2.5, *bounds)
     result = Session(curve(4.0)).solve(length="85%", locks=[lock])
-    (span,) = result.locked
+    (span,) = result.plan.locked
     shown = result.warp.inverse()(result.reduction.input_times[[span.first, span.last]])
     speeds = result.warp.speed(np.linspace(*shown, 80)[1:-1])
     assert bounds[0] - 1e-9 <= speeds.min()

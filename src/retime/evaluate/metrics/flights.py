@@ -61,7 +61,7 @@ class FlightTiming:
 def path_warp(found: GuidedWarp) -> Warp:
     """Return the path that a search found as a warp, on the analysis grid: what it decided, before all that follows.
 
-    (`GuidedWarp.steps` meets ends and keytimes that lie between frames of the grid, so its speeds may be a little off.)
+    (`GuidedWarp.staircase` meets ends and keytimes that lie between frames of the grid: its speeds are a little off.)
     """
     times = np.arange(found.n_output) / found.rate
     return Warp(times, found.reduction.input_times[found.path.frames], method="guided")

@@ -12,9 +12,9 @@ from retime.evaluate.metrics import ANALYSIS_RATE
 from retime.motion.kinematics import metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
+from retime.search.options import default_of
 from retime.search.poses.references import Reference, model_poses
 from retime.search.poses.spaces import PoseOptions, PoseSpace, timing_features
-from retime.search.session import DEFAULT_TIME_SCALE
 
 
 def timing_distance(
@@ -23,7 +23,7 @@ def timing_distance(
     *,
     features: PoseSpace | PoseOptions | None = None,
     rate: float = ANALYSIS_RATE,
-    time_scale: float = DEFAULT_TIME_SCALE,
+    time_scale: float = default_of("time_scale"),
     low_pass: float = 4.0,
     n_neighbors: int = 3,
 ) -> float:

@@ -21,9 +21,9 @@ def upsample_for(
 ) -> int:
     """Find the smallest upsampling that can play every wished speed.
 
-    A fixed speed needs a step within 3 % of it: `retime.search.path_curve.knots_of_path` makes it exact. A range needs a
-    step inside it. The limits of the whole clip need steps within 5 % of them, where less than 24 and steps of 64 can
-    give that.
+    A fixed speed needs a step within 3 % of it: `retime.search.path_curve.knots_of_path` makes it exact. A range needs
+    a step inside it. The limits of the whole clip need steps within 5 % of them, where less than 24 and steps of 64
+    can give that.
 
     Parameters
     ----------

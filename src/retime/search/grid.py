@@ -1,0 +1,66 @@
+"""How fine the input is offered, and how far one step may go, where nobody says (§3.1)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+from retime.search.reduction import SLOWEST_SEARCHED, Reduction
+from retime.search.wishes.asked import Wishes
+from retime.search.wishes.steps import MAX_STEP
+from retime.search.wishes.upsampling import upsample_for
+from retime.warp.curve import Keytime
+
+DEFAULT_MAX_SKIP = 8
+# Frames offered per analysis period where a motion may slow down. Another's timing is met two to three times as closely
+# in eighths as in quarters (docs/method.md), at three times the cost: worth it up to so many seconds of input.
+_QUARTERS, _EIGHTHS, _EIGHTHS_UP_TO = 4, 8, 120.0
+
+
+def choose_upsamples(keytimes: Sequence[Keytime], wishes: Wishes, *, itself: bool, loop: bool) -> tuple[int, ...]:
+    """1 where the input moves like itself and a span gets no longer; else 4, 8, or what the mean speed asks for."""
+    usual = _QUARTERS if itself else usual_upsample(wishes.input_end)
+    slower = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents]) < 1
+    limit = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
+    chosen = []
+    for before, after in itertools.pairwise(keytimes):
+        mean = abs(after.input_time - before.input_time) / (after.output_time - before.output_time)
+        if math.isinf(after.output_time):
+            least = usual
+        elif mean < SLOWEST_SEARCHED or (itself and mean > 0.999 and not slower):
+            least = 1
+        elif mean < 1:
+            least = max(usual, _ample(1 / mean, 16))
+        else:
+            # What plays fast throughout needs no frames so fine.
+            least = max(1, usual // math.floor(mean))
+        chosen.append(upsample_for(max(limit, least), *wishes.speeds))
+    if loop:
+        # First and last step must be able to agree.
+        chosen[0] = chosen[-1] = max(chosen[0], chosen[-1])
+    return tuple(chosen)
+
+
+def choose_max_skip(reduction: Reduction, wishes: Wishes, *, itself: bool) -> int:
+    """8, or twice unit speed, or ample for the mean step; or what the speed limits say."""
+    if wishes.fastest < math.inf:
+        return max(1, math.floor(wishes.fastest * reduction.upsample + 1e-6))
+    anchors = reduction.anchors[:-1] if reduction.free else reduction.anchors
+    mean = [(j1 - j0) / (p1 - p0) for (p0, j0), (p1, j1) in itertools.pairwise(anchors)]
+    least = [lock.fastest for lock in wishes.locks if lock.fixed] + [lock.slowest for lock in wishes.locks]
+    wanted = max([0.0, *least, *wishes.tangents]) * reduction.upsample
+    ample = min(_ample(max(mean, default=0.0), 64), MAX_STEP)
+    # Another's timing may be twice as fast anywhere.
+    usual = DEFAULT_MAX_SKIP if itself else max(DEFAULT_MAX_SKIP, 2 * min(reduction.upsample, _EIGHTHS))
+    return max(usual, ample, math.ceil(wanted - 1e-6))
+
+
+def usual_upsample(input_end: float) -> int:
+    """Return the frames offered per analysis period where an input of some seconds moves like another."""
+    return _EIGHTHS if input_end <= _EIGHTHS_UP_TO else _QUARTERS
+
+
+def _ample(mean: float, dear: int) -> int:
+    """Twice as much as on average; where that is dear, a quarter more."""
+    return max(min(math.ceil(2 * mean - 1e-9), dear), math.ceil(1.25 * mean - 1e-9))

@@ -1,0 +1,63 @@
+"""The best path that there is, proved (§3.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from retime.arrays import FloatArray
+from retime.search.path import FramePath, shortest_path
+from retime.search.plan import SearchPlan
+from retime.search.wishes.allowed import end_costs
+
+
+@dataclass(frozen=True, eq=False)
+class PathTask:
+    """What a method is to find.
+
+    Attributes
+    ----------
+    plan : SearchPlan
+        The unrolled input, and the steps through it.
+    costs : float array, shape (n_input, max_skip, max_skip)
+        The scores of triples with all prices; inf where a wish forbids one.
+    search : {"priced", "layered"}
+        Which of the two exact searches.
+    """
+
+    plan: SearchPlan
+    costs: FloatArray
+    search: str = "priced"
+
+    @property
+    def ends(self) -> tuple[FloatArray, FloatArray]:
+        """What the first and the last step cost; each of shape (max_skip,)."""
+        return end_costs(self.plan.allowed)
+
+    def through(
+        self,
+        anchors: tuple[tuple[int, int], ...] | None = None,
+        *,
+        start_cost: FloatArray | None = None,
+        end_cost: FloatArray | None = None,
+    ) -> FramePath:
+        """Find the best path through anchors (the plan's, where none are given).
+
+        Raises
+        ------
+        InfeasibleWarpError
+            There is none.
+        """
+        start, end = self.ends
+        return shortest_path(
+            self.costs,
+            n_output=self.plan.n_output,
+            anchors=self.plan.anchors if anchors is None else anchors,
+            start_cost=start if start_cost is None else start_cost,
+            end_cost=end if end_cost is None else end_cost,
+            search=self.search,
+        )
+
+
+def exact_path(task: PathTask) -> FramePath:
+    """Find the best path; see `PathTask.through`."""
+    return task.through()

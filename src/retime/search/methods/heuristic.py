@@ -1,0 +1,92 @@
+"""The paper's search from coarse to fine (§3.3): a path at 5 Hz sets keytimes for the full rate."""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from retime.arrays import BoolArray, FloatArray, IntArray
+from retime.errors import InfeasibleWarpError, OptionError
+from retime.search.methods.exact import PathTask
+from retime.search.path import FramePath, shortest_path
+from retime.search.wishes.feasible import steps_fit
+
+# Analysis rate of the paper's coarse search, Hz.
+COARSE_RATE = 5.0
+
+
+def heuristic_path(
+    task: PathTask, every: int, coarse_scores: Callable[[IntArray, int], FloatArray]
+) -> tuple[FramePath, float]:
+    """Find a path from coarse to fine.
+
+    Parameters
+    ----------
+    task : PathTask
+        What is to be found; its length is given.
+    every : int
+        About every so many frames belong to the coarse grid.
+    coarse_scores : function of (unrolled frames, max_skip)
+        Scores the triples of the coarse grid.
+
+    Returns
+    -------
+    (FramePath, float)
+        The path, and by what share its total exceeds the optimum.
+
+    Raises
+    ------
+    OptionError
+        The length is free.
+    InfeasibleWarpError
+        There is no path on the coarse grid.
+    """
+    plan = task.plan
+    if not isinstance(plan.n_output, int):
+        raise OptionError("the heuristic search needs a given length")
+    frames = _coarse_grid(plan.reduction.n_input, every)
+    positions = _coarse_grid(plan.n_output, every)
+    nearest = [(_nearest(positions, p), _nearest(frames, j)) for p, j in plan.anchors]
+    # At 5 Hz a cycle of a walk is a few frames: a longer step than the keytimes need leaps over whole cycles
+    # for nothing.
+    mean = [(j1 - j0) / max(1, p1 - p0) for (p0, j0), (p1, j1) in itertools.pairwise(nearest)]
+    coarse_skip = min(plan.max_skip, max(2, math.ceil(max(mean))))
+    try:
+        coarse = shortest_path(coarse_scores(frames, coarse_skip), n_output=len(positions), anchors=nearest)
+    except InfeasibleWarpError as error:
+        rate = plan.reduction.rate / every
+        raise InfeasibleWarpError(f"at the heuristic's coarse rate of {rate:g} Hz: {error}") from None
+    found = zip(positions.tolist(), frames[coarse.frames].tolist(), strict=True)
+    path = task.through(_with_feasible(plan.anchors, list(found), plan.allowed))
+    best = task.through()
+    excess = (path.total - best.total) / best.total if best.total > 0 else 0.0
+    return replace(path, lower_bound=best.lower_bound, optimal=path.total <= best.total, search="heuristic"), excess
+
+
+def _coarse_grid(n_frames: int, every: int) -> IntArray:
+    """About every so many frames, both ends included."""
+    return np.round(np.linspace(0, n_frames - 1, max(2, round((n_frames - 1) / every) + 1))).astype(np.int64)
+
+
+def _nearest(grid: IntArray, value: int) -> int:
+    return int(np.argmin(np.abs(grid - value)))
+
+
+def _with_feasible(
+    anchors: Sequence[tuple[int, int]], more: Sequence[tuple[int, int]], allowed: BoolArray
+) -> tuple[tuple[int, int], ...]:
+    """Add those anchors that leave a way to their neighbours."""
+    merged = sorted(anchors)
+    for p, j in more:
+        place = bisect.bisect(merged, (p, j))
+        if place in (0, len(merged)):
+            continue
+        (p0, j0), (p1, j1) = merged[place - 1], merged[place]
+        if steps_fit(allowed[j0:j], p - p0) and steps_fit(allowed[j:j1], p1 - p):
+            merged.insert(place, (p, j))
+    return tuple(merged)

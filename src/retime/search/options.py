@@ -1,0 +1,444 @@
+"""Every option of the search, declared once.
+
+The command line, the editor's document and the fields of its page are made from this list; `retime.guided_warp` keeps
+a signature of its own, and a test compares the two. Defaults stand here and nowhere else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from retime.errors import OptionError
+
+# What people type for an option, or what it holds:
+# length    "65%", "9.3s", "280f", or "free"     rate      "29.97", "30000/1001"
+# speeds    "1/4..8"                             influence from 0 to 1, or a curve of (output time, share)
+# number, whole, choice, flag                    as they say
+Kind = Literal["length", "rate", "speeds", "influence", "number", "whole", "choice", "flag"]
+Stage = Literal["analysis", "solve"]
+Section = Literal["Keytimes", "Control", "Method"]
+SearchName = Literal["priced", "layered", "heuristic"]
+FreeWeight = Literal["neutral", "sum"]
+Panel = Literal["timing", "search", "more"]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One value of an option that is chosen from a few.
+
+    Attributes
+    ----------
+    value : str
+        In Python and on the command line.
+    label : str
+        On the page.
+    """
+
+    value: str
+    label: str
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of the search.
+
+    Attributes
+    ----------
+    name : str
+        What `retime.guided_warp` calls it.
+    kind : str
+        What it holds.
+    default : object
+        What holds where it is left out; None: what `usual` says.
+    stage : {"analysis", "solve"}
+        Whether the clips are analysed anew when it changes, or only the search runs again.
+    section : str
+        Its heading in the help of the command line.
+    help : str
+        What it does, for the command line.
+    label, hint : str
+        Its name on the page, and one line about it there, in an animator's words.
+    panel : str
+        Where it stands on the page: under Timing, Search, or More.
+    usual : str
+        The default in words, where it is not one plain value.
+    unit : str
+        Of a number.
+    least, most : float
+        Bounds of a number, included.
+    slider : (float, float), optional
+        On the page a slider from 0 to the first number, in steps of the second; left out, a field.
+    curve : {"straight", "square"}
+        How the slider's place becomes the value: a square gives small values more room.
+    choices : tuple of Choice
+        The values of a choice.
+    flag : str
+        On the command line; left out, the name with dashes.
+    metavar : str
+        What stands for its value in help.
+    needs_free : bool
+        It says something only where the length is free.
+    """
+
+    name: str
+    kind: Kind
+    default: Any
+    stage: Stage
+    section: Section
+    help: str
+    label: str
+    hint: str
+    panel: Panel
+    usual: str = ""
+    unit: str = ""
+    least: float = -math.inf
+    most: float = math.inf
+    slider: tuple[float, float] | None = None
+    curve: Literal["straight", "square"] = "straight"
+    choices: tuple[Choice, ...] = ()
+    flag: str = ""
+    metavar: str = ""
+    needs_free: bool = False
+
+    @property
+    def on_command_line(self) -> str:
+        """Its flag."""
+        return self.flag or f"--{self.name.replace('_', '-')}"
+
+    @property
+    def default_words(self) -> str:
+        """What holds where it is left out, in words."""
+        if self.usual:
+            return self.usual
+        return f"{self.default:g}" if isinstance(self.default, float | int) else str(self.default)
+
+    def checked(self, value: Any) -> Any:
+        """Return a value as the search wants it: a number of NumPy's, say, as a plain one; None as the default.
+
+        Raises
+        ------
+        OptionError
+            It is not of this option's kind, or outside its bounds.
+        """
+        if value is None:
+            return self.default
+        if self.kind in ("number", "whole"):
+            return self._checked_number(value)
+        if self.kind == "choice":
+            if value not in {choice.value for choice in self.choices}:
+                allowed = ", ".join(choice.value for choice in self.choices)
+                raise OptionError(f"{self.name} must be one of {allowed}; found {value!r}", option=self.name)
+        elif self.kind == "flag" and not isinstance(value, bool):
+            raise OptionError(f"{self.name} must be True or False; found {value!r}", option=self.name)
+        # What is typed (lengths, rates, speeds) is read, and refused, where the clip's rate is known.
+        return value
+
+    def _checked_number(self, value: Any) -> int | float:
+        whole = self.kind == "whole"
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):
+            number = math.nan
+        if isinstance(value, bool | str) or not math.isfinite(number) or (whole and not number.is_integer()):
+            what = "a whole number" if whole else "a number"
+            raise OptionError(f"{self.name} must be {what}; found {value!r}", option=self.name)
+        if not self.least <= number <= self.most:
+            bounds = f"at least {self.least:g}" if self.most == math.inf else f"from {self.least:g} to {self.most:g}"
+            raise OptionError(f"{self.name} must be {bounds}, found {value}", option=self.name)
+        return int(number) if whole else number
+
+
+OPTIONS: tuple[Option, ...] = (
+    Option(
+        name="length",
+        kind="length",
+        default=None,
+        usual="as the keytimes say",
+        stage="solve",
+        section="Keytimes",
+        metavar="L",
+        help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate), or free: the search finds it.",
+        label="Length",
+        hint="65%, 9.3s, 280f or free. Empty: after the last keytime the input plays on",
+        panel="timing",
+    ),
+    Option(
+        name="min_length",
+        kind="length",
+        default=None,
+        usual="none",
+        stage="solve",
+        section="Keytimes",
+        metavar="L",
+        help="With --length free: no shorter than this.",
+        label="At least",
+        hint="A free length is no shorter than this: 50%, 4s, 120f. Empty: no bound",
+        panel="timing",
+        needs_free=True,
+    ),
+    Option(
+        name="max_length",
+        kind="length",
+        default=None,
+        usual="none",
+        stage="solve",
+        section="Keytimes",
+        metavar="L",
+        help="With --length free: no longer than this.",
+        label="At most",
+        hint="A free length is no longer than this: 150%, 9s, 280f. Empty: no bound",
+        panel="timing",
+        needs_free=True,
+    ),
+    Option(
+        name="free_weight",
+        kind="choice",
+        default="neutral",
+        stage="solve",
+        section="Keytimes",
+        metavar="NAME",
+        help="With --length free: weigh both clocks alike, or the paper's plain sum, which favours short results.",
+        label="Weigh",
+        hint="How a free length weighs what it shows",
+        panel="timing",
+        choices=(Choice("neutral", "Both clocks alike"), Choice("sum", "Plain sum (the paper's)")),
+        needs_free=True,
+    ),
+    Option(
+        name="influence",
+        kind="influence",
+        default=1.0,
+        stage="solve",
+        section="Control",
+        metavar="V",
+        help="From 0 (spline through the keytimes) to 1 (guided), or a curve over output time: 0s=0,2s=1.",
+        label="Guided",
+        hint="1 follows the search; 0 is the spline through the keytimes, as drawn by hand",
+        panel="timing",
+        least=0.0,
+        most=1.0,
+        slider=(1.0, 0.01),
+    ),
+    Option(
+        name="smoothness",
+        kind="number",
+        default=0.0,
+        stage="solve",
+        section="Control",
+        metavar="W",
+        help="Weight on changes of log-speed, in median scores.",
+        label="Smoothness",
+        hint="How much a change of speed costs the search",
+        panel="timing",
+        least=0.0,
+        slider=(4.0, 0.05),
+        curve="square",
+    ),
+    Option(
+        name="speed",
+        kind="speeds",
+        default=None,
+        usual="none",
+        stage="solve",
+        section="Control",
+        metavar="LO..HI",
+        help="Slowest and fastest playback speed, such as 1/4..8.",
+        label="Speed limits",
+        hint="Slowest and fastest for the whole clip: 1/2..2. Empty: none",
+        panel="timing",
+    ),
+    Option(
+        name="loop",
+        kind="flag",
+        default=False,
+        stage="solve",
+        section="Control",
+        help="The clip is a cycle and stays one: first and last speed agree.",
+        label="Loop: its end meets its beginning",
+        hint="The clip is a cycle, and stays one",
+        panel="timing",
+    ),
+    Option(
+        name="score",
+        kind="choice",
+        default="joint",
+        stage="analysis",
+        section="Method",
+        metavar="NAME",
+        help="joint: the paper's. conditional: how the reference moves where its pose is like this.",
+        label="Score",
+        hint="What makes a frame's speed look right",
+        panel="search",
+        choices=(Choice("joint", "Joint (the paper's)"), Choice("conditional", "Conditional")),
+    ),
+    Option(
+        name="search",
+        kind="choice",
+        default="priced",
+        stage="solve",
+        section="Method",
+        metavar="NAME",
+        help="priced, layered: exact. heuristic: the paper's, from coarse to fine; its excess is reported.",
+        label="Search",
+        hint="Exact, or from coarse to fine as the paper does",
+        panel="more",
+        choices=(
+            Choice("priced", "Exact"),
+            Choice("layered", "Exact, the paper's recurrence"),
+            Choice("heuristic", "From coarse to fine (the paper's)"),
+        ),
+    ),
+    Option(
+        name="features",
+        kind="choice",
+        default=None,
+        usual="heading (torso where Y is not up), or signal",
+        stage="analysis",
+        section="Method",
+        metavar="NAME",
+        help="What a pose is. torso, heading: joints in that space. signal: the channels.",
+        label="Pose",
+        hint="In which space poses are compared",
+        panel="search",
+        choices=(
+            Choice("torso", "Torso (the paper's)"),
+            Choice("heading", "Heading"),
+            Choice("signal", "Plain channels"),
+        ),
+    ),
+    Option(
+        name="rate",
+        kind="rate",
+        default=None,
+        usual="30",
+        stage="analysis",
+        section="Method",
+        metavar="R",
+        help="Analysis rate, Hz; the output keeps the clip's own rate.",
+        label="Looks a second",
+        hint="How often a second the search looks at the motion: 30, 29.97. The output keeps the clip's own rate",
+        panel="search",
+        unit="Hz",
+        least=1.0,
+        most=240.0,
+    ),
+    Option(
+        name="max_skip",
+        kind="whole",
+        default=None,
+        usual="8, 16 for another reference, or more where the length needs it",
+        stage="solve",
+        section="Method",
+        metavar="N",
+        help="Largest step between neighbouring frames of the path: no speed beyond max_skip / upsample.",
+        label="Longest skip",
+        hint="The largest step between frames that the search may take (max_skip)",
+        panel="more",
+        least=1,
+        most=255,
+    ),
+    Option(
+        name="upsample",
+        kind="whole",
+        default=None,
+        usual="1 where nothing gets slower, else 4 or more; 8 for another reference",
+        stage="solve",
+        section="Method",
+        metavar="U",
+        help="Input frames offered per analysis period: no speed below 1/U.",
+        label="Slowest part",
+        hint="The search may slow down to one part in so many (upsample)",
+        panel="more",
+        least=1,
+    ),
+    Option(
+        name="n_neighbors",
+        kind="whole",
+        default=3,
+        stage="analysis",
+        section="Method",
+        flag="--neighbors",
+        metavar="K",
+        help="Reference frames averaged in a score.",
+        label="Neighbours",
+        hint="Reference frames averaged in a score",
+        panel="more",
+        least=1,
+    ),
+    Option(
+        name="time_scale",
+        kind="number",
+        # By docs/study: from 0.1 to 0.2 flights are kept alike, and at 0.2 other timing is imitated best.
+        default=0.2,
+        stage="analysis",
+        section="Method",
+        metavar="S",
+        help="How much velocity and acceleration weigh against pose, seconds.",
+        label="Time scale",
+        hint="How much velocity weighs against pose, seconds",
+        panel="more",
+        unit="s",
+        least=0.0,
+    ),
+    Option(
+        name="low_pass",
+        kind="number",
+        default=4.0,
+        stage="analysis",
+        section="Method",
+        metavar="HZ",
+        help="Cutoff of the filter that the analysis looks through, Hz; 0 is off.",
+        label="Low-pass",
+        hint="Cutoff of the filter that the search looks through, Hz; 0 is off",
+        panel="more",
+        unit="Hz",
+        least=0.0,
+    ),
+    Option(
+        name="smoothing",
+        kind="whole",
+        default=5,
+        stage="solve",
+        section="Method",
+        metavar="N",
+        help="Output frames, at the analysis rate, averaged to smooth the path's steps; 0 is off.",
+        label="Smoothing",
+        hint="Output frames averaged to smooth the steps of the curve; 0 is off",
+        panel="more",
+        least=0,
+    ),
+)
+
+BY_NAME: Mapping[str, Option] = {option.name: option for option in OPTIONS}
+
+
+def names(stage: Stage) -> tuple[str, ...]:
+    """Name the options of a stage, in the order of their declaration."""
+    return tuple(option.name for option in OPTIONS if option.stage == stage)
+
+
+def default_of(name: str) -> Any:
+    """Return what holds where an option is left out."""
+    return BY_NAME[name].default
+
+
+def completed(stage: Stage, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Put the defaults to the options that were given.
+
+    Raises
+    ------
+    OptionError
+        A name that no option of the stage has, or a value that is not of its kind.
+    """
+    refuse_unknown(given, names(stage))
+    return {name: BY_NAME[name].checked(given.get(name)) for name in names(stage)}
+
+
+def refuse_unknown(given: Iterable[str], known: Iterable[str]) -> None:
+    """Raise OptionError where a name is no option."""
+    for name in given:
+        if name not in known:
+            raise OptionError(f"there is no option {name!r}; there are {', '.join(known)}")
