@@ -138,16 +138,38 @@ def broken_rules(root: Path, may_import: dict[str, set[str]] = MAY_IMPORT, for_a
     return broken
 
 
+def files_in_circles(root: Path) -> list[str]:
+    """List the files that import each other in a circle (and those on a way from one circle to another)."""
+    leads_to = {path: {found for found, _ in _targets(path, root)} for path in root.rglob("*.py")}
+    while True:
+        # A file that imports nothing that is left, or that nothing left imports, is in no circle.
+        imported = set().union(*leads_to.values())
+        loose = {path for path, targets in leads_to.items() if not targets or path not in imported}
+        if not loose:
+            break
+        leads_to = {path: targets - loose for path, targets in leads_to.items() if path not in loose}
+    return sorted(path.relative_to(root).as_posix() for path in leads_to)
+
+
+def _targets(path: Path, root: Path) -> list[tuple[Path, Import]]:
+    """Find the files of the package that a file imports, but for the table of contents."""
+    found = []
+    for one in imports_of(path, root):
+        inner = root.joinpath(*one.module.split(".")[1:])
+        target = inner / "__init__.py" if inner.is_dir() else inner.with_suffix(".py")
+        if target.is_file() and target not in (path, root / "__init__.py"):
+            found.append((target, one))
+    return found
+
+
 def reached_from(start: Path, root: Path) -> dict[Path, list[Import]]:
     """Find every file of the package that importing `start` can load, each with the imports that lead to it."""
     chains: dict[Path, list[Import]] = {start: []}
     waiting = [start]
     while waiting:
         path = waiting.pop()
-        for found in imports_of(path, root):
-            inner = root.joinpath(*found.module.split(".")[1:])
-            target = inner / "__init__.py" if inner.is_dir() else inner.with_suffix(".py")
-            if target.is_file() and target not in chains:
+        for target, found in _targets(path, root):
+            if target not in chains:
                 chains[target] = [*chains[path], found]
                 waiting.append(target)
     return chains
@@ -179,6 +201,21 @@ def test_the_package_knows_nothing_of_the_study_and_the_study_nothing_of_those_w
     assert any(link.module.startswith("retime.warp.") for link in used)
     beyond = [str(link) for link in used if STUDY_LEAVES & set(link.module.split(".")[1:2])]
     assert not beyond, "\n".join(beyond)
+
+
+def test_a_circle_is_found_with_all_of_its_files(tmp_path) -> None:
+    root = tmp_path / "retime"
+    (root / "warp").mkdir(parents=True)
+    codes = {
+        "a": "from retime.warp import b\n",
+        "b": "def f():\n    from retime.warp.c import g\n",
+        "c": "import os\nfrom retime.warp.a import h\n",
+        "into": "from retime.warp.a import h\n",
+        "alone": "import os\n",
+    }
+    for name, code in codes.items():
+        (root / "warp" / f"{name}.py").write_text(code, encoding="utf-8")
+    assert files_in_circles(root) == ["warp/a.py", "warp/b.py", "warp/c.py"]
 
 
 def test_warping_a_video_needs_only_the_warp_curve() -> None:

@@ -38,8 +38,8 @@ def knots_of_path(
         (`retime.search.wishes.kept.kept_speeds`).
     bounds : (float array, float array), each of shape (n_output - 1,), optional
         The slowest and the fastest that each step may play, without sign (`retime.search.wishes.kept.speed_bounds`);
-        equal where the speed is fixed. Where the mean speed of a span lies beyond them, because its keytimes are a fraction
-        of a frame too close for its steps, that mean is the bound.
+        equal where the speed is fixed. Where the mean speed of a span lies beyond them, because its keytimes are a
+        fraction of a frame too close for its steps, that mean is the bound.
     """
     output_times: list[FloatArray] = [np.array([reduction.keytimes[0].output_time])]
     input_times: list[FloatArray] = [np.array([reduction.keytimes[0].input_time])]

@@ -65,8 +65,8 @@ def plot_warps(
     *Speed* is drawn over output time on a log axis from 1/10 to 10, as steps: the slope of each piece of the warp. Pass
     `GuidedWarp.staircase` beside `GuidedWarp.warp` to see the path's own speeds with the smoothed ones. Holds and
     backward pieces have no place on such an axis: a hold is a bar at the foot of the panel, a backward piece is dotted
-    with arrowheads at its absolute speed, and both say so. Speeds beyond the axis run along its edge, with the farthest one
-    in numbers.
+    with arrowheads at its absolute speed, and both say so. Speeds beyond the axis run along its edge, with the farthest
+    one in numbers.
 
     Above the speeds a lane of diamonds says when keytimes stand: they have a time, and no speed.
 
