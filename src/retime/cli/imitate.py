@@ -9,16 +9,11 @@ from typing import Any
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
-from retime.cli.control_options import (
-    ControlOptions,
-    control_options_of_one_clip,
-    key_option,
-    length_option,
-)
 from retime.cli.results import Found, OutputOptions, deliver, output_options
-from retime.cli.search_options import search_options
+from retime.cli.search_options import search_arguments, search_options
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import Stages
+from retime.cli.wish_options import WISHES_BESIDE, WishOptions, wish_options
 from retime.motion.grammar import WrittenKey, parse_frame_range
 
 # As many digits as a range can have.
@@ -65,10 +60,8 @@ _EXAMPLES = (
     required=True,
     help="Their warp, of any origin; its input time 0 is the example's first frame.",
 )
-@length_option("free")
-@key_option
-@search_options
-@control_options_of_one_clip
+@search_options(length="free", beside=WISHES_BESIDE)
+@wish_options
 @output_options
 def command(
     *,
@@ -76,10 +69,9 @@ def command(
     clip_options: ClipOptions,
     example: str,
     hand: Path,
-    length: str | None,
     keys: tuple[WrittenKey, ...],
     search: dict[str, Any],
-    control: ControlOptions,
+    wishes: WishOptions,
     outputs: OutputOptions,
 ) -> None:
     """Give all of CLIP the timing that a stretch of it was given by hand.
@@ -99,9 +91,9 @@ def command(
         stretch = parse_frame_range(example, motion.n_frames, motion.first_frame)
     hint_at_up(motion, clip_options.up)
     with stages.stage("search", "searching"):
-        options = search | control.arguments(motion.rate, search.get("features"))
+        options = search_arguments(search, motion.rate) | wishes.arguments(motion.rate, search.get("features"))
         times = [key.at(motion.rate) for key in keys]
-        result = imitate(motion, stretch, timing, length=length or "free", keys=times, **options)
+        result = imitate(motion, stretch, timing, keys=times, **options)
     warp = replace(result.warp, name=motion.name)
     found = Found(clip, motion, others, "guided", warp, result)
     deliver(found, outputs, stages, {"references": [str(hand)], "example": example})

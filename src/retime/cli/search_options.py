@@ -1,108 +1,100 @@
-"""The options of the search, as one argument."""
+"""The options of the search on the command line, made from their declaration (`retime.search.options`)."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
 from typing import Any
 
 import click
 
 from retime.cli.clip_options import parsed
-from retime.cli.sections import Option
-from retime.motion.grammar import parse_number
+from retime.cli.sections import Option as SectionedOption
+from retime.motion.grammar import WrittenTime, check_length, parse_number, parse_share, parse_speeds, read_time
 from retime.motion.rate import parse_rate
+from retime.search.options import BY_NAME, OPTIONS, Option
 
-# What `guided_warp` calls them.
-NAMES = ("rate", "max_skip", "upsample", "n_neighbors", "time_scale", "low_pass", "features", "smoothing")
-
-# Defaults stand in help only: an option that is not given is not passed on, and guided_warp() has its own. A test
-# compares the two.
-_OPTIONS = (
-    click.option(
-        "--rate",
-        cls=Option,
-        section="Method",
-        metavar="R",
-        callback=parsed(parse_rate),
-        default_text="30",
-        help="Analysis rate, Hz; the output keeps the clip's own rate.",
-    ),
-    click.option(
-        "--max-skip",
-        cls=Option,
-        section="Method",
-        metavar="N",
-        type=click.IntRange(1, 255),
-        default_text="8, 16 for another reference, or more where the length needs it",
-        help="Largest step between neighbouring frames of the path: no speed beyond max_skip / upsample.",
-    ),
-    click.option(
-        "--upsample",
-        cls=Option,
-        section="Method",
-        metavar="U",
-        type=click.IntRange(min=1),
-        default_text="1 where nothing gets slower, else 4 or more; 8 for another reference",
-        help="Input frames offered per analysis period: no speed below 1/U.",
-    ),
-    click.option(
-        "--neighbors",
-        "n_neighbors",
-        cls=Option,
-        section="Method",
-        metavar="K",
-        type=click.IntRange(min=1),
-        default_text="3",
-        help="Reference frames averaged in a score.",
-    ),
-    click.option(
-        "--time-scale",
-        cls=Option,
-        section="Method",
-        metavar="S",
-        callback=parsed(functools.partial(parse_number, unit="s")),
-        default_text="0.2",
-        help="How much velocity and acceleration weigh against pose, seconds.",
-    ),
-    click.option(
-        "--low-pass",
-        cls=Option,
-        section="Method",
-        metavar="HZ",
-        callback=parsed(functools.partial(parse_number, unit="Hz")),
-        default_text="4",
-        help="Cutoff of the filter that the analysis looks through, Hz; 0 is off.",
-    ),
-    click.option(
-        "--features",
-        cls=Option,
-        section="Method",
-        metavar="NAME",
-        type=click.Choice(["torso", "heading", "signal"]),
-        default_text="heading (torso where Y is not up), or signal",
-        help="What a pose is. torso, heading: joints in that space. signal: the channels.",
-    ),
-    click.option(
-        "--smoothing",
-        cls=Option,
-        section="Method",
-        metavar="N",
-        type=click.IntRange(min=0),
-        default_text="5",
-        help="Output frames, at the analysis rate, averaged to smooth the path's steps; 0 is off.",
-    ),
-)
+Influence = float | list[tuple[WrittenTime, float]]
+Decorator = Callable[[Callable[..., None]], Callable[..., None]]
 
 
-def search_options(function: Callable[..., None]) -> Callable[..., None]:
-    """Add the options to a command, which gets those that were given as one dictionary ``search``."""
+def search_options(*, length: str, beside: Mapping[str, tuple[Decorator, ...]] | None = None) -> Decorator:
+    """Make a decorator that adds every option; the command gets those that were given as one dictionary ``search``.
 
-    @functools.wraps(function)
-    def packed(**given: Any) -> None:
-        search = {name: value for name in NAMES if (value := given.pop(name)) is not None}
-        function(search=search, **given)
+    Parameters
+    ----------
+    length : str
+        What help says of the length where none is given: the command's own default.
+    beside : mapping of str to decorators
+        Other options, by the name of the one that they follow in help.
+    """
 
-    for option in reversed(_OPTIONS):
-        packed = option(packed)
-    return packed
+    def add(function: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(function)
+        def packed(**given: Any) -> None:
+            # An option that is not given is not passed on: guided_warp() has its own defaults.
+            taken = {option.name: given.pop(option.name) for option in OPTIONS}
+            search = {name: value for name, value in taken.items() if value is not None and value is not False}
+            function(search=search, **given)
+
+        made: list[Decorator] = []
+        for option in OPTIONS:
+            made.append(_made(option, length))
+            made += (beside or {}).get(option.name, ())
+        command: Callable[..., None] = packed
+        for decorator in reversed(made):
+            command = decorator(command)
+        return command
+
+    return add
+
+
+def _made(option: Option, length: str) -> Decorator:
+    """Make click's option of a declaration."""
+    usual = length if option.name == "length" else "" if option.usual == "none" else option.default_words
+    common: dict[str, Any] = {"cls": SectionedOption, "section": option.section, "help": option.help}
+    if option.kind == "flag":
+        return click.option(option.on_command_line, option.name, is_flag=True, **common)
+    common |= {"metavar": option.metavar, "default_text": usual}
+    if option.kind == "choice":
+        choice = click.Choice([choice.value for choice in option.choices])
+        return click.option(option.on_command_line, option.name, type=choice, **common)
+    return click.option(option.on_command_line, option.name, callback=parsed(_reader(option)), **common)
+
+
+def _reader(option: Option) -> Callable[[str], Any]:
+    """Return what reads an option's text."""
+    readers: dict[str, Callable[[str], Any]] = {
+        "length": check_length,
+        "rate": parse_rate,
+        "speeds": parse_speeds,
+        "influence": _influence,
+    }
+    if option.kind in readers:
+        return readers[option.kind]
+    return lambda text: option.checked(parse_number(text, whole=option.kind == "whole", unit=option.unit))
+
+
+def _influence(text: str) -> Influence:
+    """Read a share, or a curve ``T=V,T=V,...`` over output time."""
+    if "=" not in text:
+        return parse_share(text)
+    curve = []
+    for pair in text.split(","):
+        time, _, value = pair.partition("=")
+        curve.append((read_time(time), parse_share(value)))
+    return curve
+
+
+def search_arguments(search: Mapping[str, Any], rate: Fraction) -> dict[str, Any]:
+    """Return options as `guided_warp` takes them, now that the clip's rate is known."""
+    found = dict(search)
+    if isinstance(curve := found.get("influence"), list):
+        found["influence"] = [(float(time.at(rate)), value) for time, value in curve]
+    return found
+
+
+def flags_of(names: Iterable[str]) -> list[str]:
+    """Return what options are called on the command line, for messages."""
+    return [BY_NAME[name].on_command_line for name in names]

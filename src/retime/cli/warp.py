@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
-from retime.cli.control_options import NO_MAP, ControlOptions, control_options, key_option, length_option
 from retime.cli.results import Found, OutputOptions, deliver, output_options
-from retime.cli.search_options import search_options
+from retime.cli.search_options import flags_of, search_arguments, search_options
 from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import Stages
+from retime.cli.wish_options import NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
 from retime.errors import OptionError
 from retime.motion.grammar import WrittenKey, parse_frame_range, parse_number
 from retime.motion.rate import parse_rate
@@ -41,12 +41,11 @@ class _Request:
     reference_frames: tuple[str, ...]
     reference_weight: tuple[float, ...]
     reference_fps: Fraction | None
-    length: str | None
     keys: tuple[WrittenKey, ...]
     method: str
     group: bool
     search: dict[str, Any]
-    control: ControlOptions
+    wishes: WishOptions
     outputs: OutputOptions
 
     def check(self) -> None:
@@ -56,18 +55,18 @@ class _Request:
             useless += ["--reference-frames"] * bool(self.reference_frames and not self.reference)
             useless += ["--explain"] * (self.outputs.explain is not None)
             useless += ["--group"] * self.group
-            useless += [f"--{'neighbors' if name == 'n_neighbors' else name.replace('_', '-')}" for name in self.search]
-            useless += self.control.names_given()
+            useless += flags_of(name for name in self.search if name != "length")
+            useless += self.wishes.names_given()
             if useless:
                 raise OptionError(
                     f"{', '.join(useless)} would have no effect: there is no search with --method {self.method}"
                 )
-            if self.length == "free":
+            if self.search.get("length") == "free":
                 raise OptionError(f"a free length needs a search; --method {self.method} has none")
         for option, given in (
             ("--reference-fps", self.reference_fps is not None),
             ("--reference-weight", bool(self.reference_weight)),
-            ("--joint-map", bool(self.control.joint_map)),
+            ("--joint-map", bool(self.wishes.joint_map)),
         ):
             if given and not self.reference:
                 raise OptionError(f"{option} needs --reference")
@@ -81,9 +80,9 @@ class _Request:
                 raise OptionError(
                     f"{option} is given {len(values)} times, for {expected} references: once for each, or not"
                 )
-        if len(self.control.joint_map) not in (0, 1, len(self.reference)):
+        if len(self.wishes.joint_map) not in (0, 1, len(self.reference)):
             raise OptionError(
-                f"--joint-map is given {len(self.control.joint_map)} times, for {len(self.reference)} references: once "
+                f"--joint-map is given {len(self.wishes.joint_map)} times, for {len(self.reference)} references: once "
                 "for all of them, or once for each (- where names say it)"
             )
         if self.group and not self.outputs.also:
@@ -93,7 +92,7 @@ class _Request:
         self.outputs.check(self.clip, [self.clip_options.skeleton, *self._map_files(), *self.reference])
 
     def _map_files(self) -> list[Path]:
-        return [path for path in self.control.joint_map if path != NO_MAP]
+        return [path for path in self.wishes.joint_map if path != NO_MAP]
 
 
 _EXAMPLES = (
@@ -148,8 +147,6 @@ _EXAMPLES = (
     callback=parsed(parse_rate),
     help="Frames a second of the reference, in place of what its file declares.",
 )
-@length_option("as the input")
-@key_option
 @click.option(
     "--method",
     cls=Option,
@@ -160,8 +157,9 @@ _EXAMPLES = (
     default_text="guided",
     help="guided: search for a natural warp. linear, spline: only join the keytimes.",
 )
-@search_options
-@control_options
+@search_options(length="as the input", beside=WISHES_BESIDE)
+@wish_options
+@reference_options
 @click.option(
     "--group",
     cls=Option,
@@ -194,12 +192,12 @@ def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference
     """Read what is to be imitated; nothing, where that is the clip as a whole."""
     from retime.search.poses.references import Reference
 
-    options, control = request.clip_options, request.control
-    if not request.reference and not request.reference_frames and not control.mirror:
+    options, wishes = request.clip_options, request.wishes
+    if not request.reference and not request.reference_frames and not wishes.mirror:
         return []
     from retime.formats.joint_map import read_joint_map
 
-    maps = [{} if path == NO_MAP else read_joint_map(path) for path in control.joint_map]
+    maps = [{} if path == NO_MAP else read_joint_map(path) for path in wishes.joint_map]
     found = []
     frames = request.reference_frames or (None,) * max(1, len(request.reference))
     weights = request.reference_weight or (1.0,) * len(frames)
@@ -219,7 +217,7 @@ def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference
         else:
             start, stop = parse_frame_range(span or ":", clip.n_frames, clip.first_frame)
             motion = clip.frames(start, stop)
-        found.append(Reference(motion, weight=weight, mirror=control.mirror, joint_map=joint_map))
+        found.append(Reference(motion, weight=weight, mirror=wishes.mirror, joint_map=joint_map))
     return found
 
 
@@ -234,17 +232,18 @@ def _find(
     clip = clips[0]
     keys = [key.at(clip.rate) for key in request.keys]
     if request.method == "guided":
-        options = request.search | request.control.arguments(clip.rate, request.search.get("features"))
+        options = search_arguments(request.search, clip.rate) | request.wishes.arguments(
+            clip.rate, request.search.get("features")
+        )
         search = guided_warp(
             clips if request.group else clip,
             reference=references or None,
-            length=request.length,
             keys=keys,
             **options,
         )
         return search.warp, search
-    with asking_for_a_share(clip, request.length):
-        keytimes = check_keytimes(as_keytimes(clip, request.length, keys), clip.end_time)
+    with asking_for_a_share(clip, request.search.get("length")):
+        keytimes = check_keytimes(as_keytimes(clip, request.search.get("length"), keys), clip.end_time)
     if request.method == "linear":
         return linear_warp(keytimes), None
     return spline_warp(keytimes, rate=float(clip.rate)), None

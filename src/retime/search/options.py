@@ -14,7 +14,7 @@ from typing import Any, Literal
 from retime.errors import OptionError
 
 # What people type for an option, or what it holds:
-# length    "65%", "9.3s", "280f", or "free"     rate      "29.97", "30000/1001"
+# length    "65%", "9.3", "280f", or "free"     rate      "29.97", "30000/1001"
 # speeds    "1/4..8"                             influence from 0 to 1, or a curve of (output time, share)
 # number, whole, choice, flag                    as they say
 Kind = Literal["length", "rate", "speeds", "influence", "number", "whole", "choice", "flag"]
@@ -160,9 +160,10 @@ OPTIONS: tuple[Option, ...] = (
         stage="solve",
         section="Keytimes",
         metavar="L",
-        help="Length of the output: 65%, 9.3s or 280f (frames at the clip's rate), or free: the search finds it.",
+        help="Length of the output: 65%, 9.3 (seconds) or 280f (frames at the clip's rate), or free: the search finds "
+        "it.",
         label="Length",
-        hint="65%, 9.3s, 280f or free. Empty: after the last keytime the input plays on",
+        hint="65%, 9.3, 280f or free. Empty: after the last keytime the input plays on",
         panel="timing",
     ),
     Option(
@@ -245,7 +246,7 @@ OPTIONS: tuple[Option, ...] = (
         stage="solve",
         section="Control",
         metavar="LO..HI",
-        help="Slowest and fastest playback speed, such as 1/4..8.",
+        help="Slowest and fastest playback speed, such as 1/4..8; sets upsample and max_skip.",
         label="Speed limits",
         hint="Slowest and fastest for the whole clip: 1/2..2. Empty: none",
         panel="timing",

@@ -260,7 +260,7 @@ def test_frames_of_the_clip_itself_can_be_the_reference(told) -> None:
         (["--group"], "--also CLIP=OUT"),
         (["--also", "camera.csv"], "camera_retimed.csv"),
         (["--also", "{clip}=out.csv", "--group", "--reference", "{clip}"], "can't be combined"),
-        (["--method", "spline", "--lock", "0..1", "--loop", "--explain", "x.csv"], "--explain, --lock, --loop would"),
+        (["--method", "spline", "--lock", "0..1", "--loop", "--explain", "x.csv"], "--explain, --loop, --lock would"),
     ],
 )
 def test_bad_combinations_are_refused_clearly(run, clips, options, says) -> None:
