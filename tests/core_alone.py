@@ -28,8 +28,8 @@ def main() -> None:
         package = importlib.import_module(f"retime.{part}")
         for module in pkgutil.walk_packages(getattr(package, "__path__", []), f"retime.{part}."):
             importlib.import_module(module.name)
-    found = runpy.run_path(str(TESTS / "warp" / "sample_warps.py"))["digests"]()
-    expected = json.loads((TESTS / "warp" / "sample_digests.json").read_text(encoding="utf-8"))
+    found = runpy.run_path(str(TESTS / "search" / "sample_warps.py"))["digests"]()
+    expected = json.loads((TESTS / "search" / "sample_digests.json").read_text(encoding="utf-8"))
     different = [name for name in expected if found.get(name) != expected[name]]
     assert not different, f"other bits than committed: {different}"
     with tempfile.TemporaryDirectory() as folder:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.motion.signal import Signal
-from retime.search.keytimes import _bounded, as_keytimes, check_keytimes
-from retime.search.path_curve import knots_of_path
+from retime.search.keytimes import as_keytimes, check_keytimes
+from retime.search.path_curve import _bounded, knots_of_path
 from retime.search.reduction import Reduction, reduce_to_compression
 from retime.search.wishes.kept import speed_bounds
 from retime.warp.curve import Keytime, keytime_of

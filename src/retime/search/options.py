@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from retime.checks import real, whole
 from retime.errors import OptionError
 
 # What people type for an option, or what it holds:
@@ -116,19 +117,19 @@ class Option:
         return f"{self.default:g}" if isinstance(self.default, float | int) else str(self.default)
 
     def checked(self, value: Any) -> Any:
-        """Return a value as the search wants it: a number of NumPy's, say, as a plain one; None as the default.
+        """Return a value as the search wants it: a number of NumPy's, say, as a plain one.
 
         Raises
         ------
         OptionError
             It is not of this option's kind, or outside its bounds.
         """
-        if value is None:
-            return self.default
+        if value is None and self.default is None:
+            return None
         if self.kind in ("number", "whole"):
             return self._checked_number(value)
         if self.kind == "choice":
-            if value not in {choice.value for choice in self.choices}:
+            if value not in [choice.value for choice in self.choices]:
                 allowed = ", ".join(choice.value for choice in self.choices)
                 raise OptionError(f"{self.name} must be one of {allowed}; found {value!r}", option=self.name)
         elif self.kind == "flag" and not isinstance(value, bool):
@@ -137,18 +138,14 @@ class Option:
         return value
 
     def _checked_number(self, value: Any) -> int | float:
-        whole = self.kind == "whole"
-        try:
-            number = float(value)
-        except (TypeError, ValueError, OverflowError):
-            number = math.nan
-        if isinstance(value, bool | str) or not math.isfinite(number) or (whole and not number.is_integer()):
-            what = "a whole number" if whole else "a number"
-            raise OptionError(f"{self.name} must be {what}; found {value!r}", option=self.name)
+        what = self.name if self.kind == "whole" else f"the {self.name.replace('_', ' ')}"
+        number = (whole if self.kind == "whole" else real)(value, what, option=self.name)
+        if not math.isfinite(number):
+            raise OptionError(f"{what} must be a number, found {value}", option=self.name)
         if not self.least <= number <= self.most:
             bounds = f"at least {self.least:g}" if self.most == math.inf else f"from {self.least:g} to {self.most:g}"
-            raise OptionError(f"{self.name} must be {bounds}, found {value}", option=self.name)
-        return int(number) if whole else number
+            raise OptionError(f"{what} must be {bounds}, found {value}", option=self.name)
+        return number
 
 
 OPTIONS: tuple[Option, ...] = (
@@ -400,7 +397,7 @@ OPTIONS: tuple[Option, ...] = (
     ),
     Option(
         name="smoothing",
-        kind="whole",
+        kind="number",
         default=5,
         stage="solve",
         section="Method",
@@ -435,7 +432,7 @@ def completed(stage: Stage, given: Mapping[str, Any]) -> dict[str, Any]:
         A name that no option of the stage has, or a value that is not of its kind.
     """
     refuse_unknown(given, names(stage))
-    return {name: BY_NAME[name].checked(given.get(name)) for name in names(stage)}
+    return {name: BY_NAME[name].checked(given.get(name, default_of(name))) for name in names(stage)}
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str]) -> None:

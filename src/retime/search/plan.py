@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from retime.arrays import BoolArray, IntArray
+from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.search.grid import choose_max_skip, choose_upsamples
 from retime.search.reduction import Reduction, nearest_frame, reduce_to_compression
@@ -83,6 +84,8 @@ class SearchPlan:
     locked: tuple[LockedSpan, ...]
     allowed: BoolArray
     n_output: int | tuple[int, int] | None
+
+    __repr__ = brief_repr
 
     @property
     def anchors(self) -> tuple[tuple[int, int], ...]:

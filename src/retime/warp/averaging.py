@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from retime.arrays import BoolArray, FloatArray, IntArray
+from retime.brief import brief_repr
 from retime.motion import rotation
 from retime.motion.contacts import Contacts
 from retime.motion.motion import Motion
@@ -80,6 +81,8 @@ class Windows:
     beyond: int
     n_roots: int
 
+    __repr__ = brief_repr
+
     @property
     def any_open(self) -> bool:
         """Whether anything is averaged at all."""
@@ -147,6 +150,8 @@ class JointGroup:
     joints: IntArray
     chain: IntArray
     half: FloatArray
+
+    __repr__ = brief_repr
 
 
 def joint_groups(motion: Motion, windows: Windows, contacts: Contacts | None) -> list[JointGroup]:

@@ -33,7 +33,7 @@ class SlipReport:
 
     def __repr__(self) -> str:
         means = ", ".join(f"{name} {each.mean:.1f}" for name, each in self._measured())
-        guessed = ", the figure's size guessed" * self.input.size_guessed
+        guessed = ", about, for the figure's size is guessed" * self.input.size_guessed
         return f"SlipReport({len(self.input.contacts)} contacts, mean slip in mm{guessed}: {means})"
 
     def _repr_html_(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from retime.arrays import FloatArray
+from retime.brief import brief_repr
 from retime.search.path import FramePath, shortest_path
 from retime.search.plan import SearchPlan
 from retime.search.wishes.allowed import end_costs
@@ -27,6 +28,8 @@ class PathTask:
     plan: SearchPlan
     costs: FloatArray
     search: str = "priced"
+
+    __repr__ = brief_repr
 
     @property
     def ends(self) -> tuple[FloatArray, FloatArray]:
