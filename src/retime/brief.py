@@ -2,6 +2,8 @@
 
 What a dataclass prints of itself is every number of every array. Here an array is its type and shape, a long tuple the
 number of its items, and what was left at its default is left out.
+
+NumPy is imported only where a value is looked at: the command line's help must not wait for it.
 """
 
 from __future__ import annotations
@@ -10,8 +12,6 @@ import dataclasses
 from collections.abc import Collection, Mapping
 from fractions import Fraction
 from typing import Any
-
-import numpy as np
 
 # Letters of one field's value, and items of a tuple that is written out.
 _LONGEST, _MOST_ITEMS = 72, 4
@@ -22,9 +22,12 @@ def brief(value: object) -> str:
 
     Examples
     --------
+    >>> import numpy as np
     >>> brief(np.zeros((816, 3))), brief(0.1 + 0.2), brief(tuple(range(31))), brief(Fraction(60))
     ('float64 (816, 3)', '0.3', 'tuple of 31', '60')
     """
+    import numpy as np
+
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, np.generic):
@@ -65,6 +68,7 @@ def brief_repr(self: Any) -> str:
 
     Examples
     --------
+    >>> import numpy as np
     >>> @dataclasses.dataclass(frozen=True, eq=False)
     ... class Samples:
     ...     values: np.ndarray
@@ -88,9 +92,12 @@ def kind_of(value: object) -> str:
 
     Examples
     --------
+    >>> import numpy as np
     >>> kind_of([1, 2]), kind_of("walk.bvh"), kind_of(np.zeros(3)), kind_of(None)
     ('a list', "the text 'walk.bvh'", 'an array of shape (3,)', 'None')
     """
+    import numpy as np
+
     if value is None:
         return "None"
     if isinstance(value, str):

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import operator
-from numbers import Real
+from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
-
-import numpy as np
 
 from retime.brief import kind_of
 from retime.errors import OptionError
@@ -18,6 +16,7 @@ def real(value: object, what: str, *, option: str | None = None) -> float:
 
     Examples
     --------
+    >>> import numpy as np
     >>> real(np.float32(0.5), "the weight")
     0.5
     """
@@ -31,13 +30,15 @@ def whole(value: object, what: str, *, option: str | None = None) -> int:
 
     Examples
     --------
+    >>> import numpy as np
     >>> whole(np.int64(8), "max_skip"), whole(8.0, "max_skip")
     (8, 8)
     """
-    if not isinstance(value, bool | np.bool_):
-        if isinstance(value, float | np.floating) and float(value).is_integer():
-            return int(value)
+    if not isinstance(value, bool):
+        if isinstance(value, Real) and not isinstance(value, Integral) and float(value).is_integer():
+            return int(float(value))
         try:
+            # NumPy's own truth values refuse to be an index.
             return operator.index(value)  # type: ignore[arg-type]
         except TypeError:
             pass
