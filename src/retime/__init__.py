@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     )
     from retime.evaluate.compare import compare_warps
     from retime.evaluate.plot.warps import plot_warps
-    from retime.formats.options import Limits
+    from retime.formats.read_options import Limits
     from retime.formats.registry import read, write
     from retime.formats.warp_file import read_warp, write_warp
     from retime.motion.contacts import Contacts, contacts
@@ -76,7 +76,7 @@ _HOMES = {
     "sample": "retime.data",
     "compare_warps": "retime.evaluate.compare",
     "plot_warps": "retime.evaluate.plot.warps",
-    "Limits": "retime.formats.options",
+    "Limits": "retime.formats.read_options",
     "read": "retime.formats.registry",
     "write": "retime.formats.registry",
     "read_warp": "retime.formats.warp_file",

@@ -189,3 +189,16 @@ class RetimeWarning(UserWarning):
 
 class FormatWarning(RetimeWarning):
     """A file was read, but not quite as it says."""
+
+
+def words_of(error: BaseException) -> str:
+    """Say what went wrong, as people read it: of the system, what it refused and for which file.
+
+    Examples
+    --------
+    >>> words_of(FileNotFoundError(2, "No such file or directory", "walk.bvh"))
+    'walk.bvh: No such file or directory'
+    """
+    if isinstance(error, OSError) and error.strerror:
+        return f"{fspath(error.filename)!s}: {error.strerror}" if error.filename else error.strerror
+    return str(error) or type(error).__name__

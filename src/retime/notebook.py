@@ -17,10 +17,10 @@ from retime.brief import kind_of
 from retime.errors import FormatError, MissingExtraError, MissingPageError, OptionError
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
+from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import ClipFile, Document, ReferenceFile
-from retime.project.held import file_of
-from retime.project.places import Places
-from retime.project.work import new_document, open_document, open_project, state_folder
+from retime.project.from_memory import file_of
+from retime.project.workspace import new_document, open_document, open_project, state_folder
 from retime.server import PAGE, messages, no_page
 from retime.server.messages import read_message, write_message
 from retime.server.outbox import Outbox
@@ -145,8 +145,8 @@ def edit(
     Parameters
     ----------
     *clips : path-like, Motion or Signal
-        The clip, and others that get its warp. What is no file yet is written to one (`retime.project.held`), so that
-        the same clip, passed again, is found as it was left.
+        The clip, and others that get its warp. What is no file yet is written to one (`retime.project.from_memory`),
+        so that the same clip, passed again, is found as it was left.
     reference : path-like, Motion or Signal, or sequence of them
         Clips whose timing is imitated.
     project : path-like, optional
@@ -195,13 +195,13 @@ def edit(
         if place is not None and place.exists() and document is not None:
             raise OptionError(f"{place} is there already, with clips of its own: open it without naming others")
         named = [*files, *references, *([] if place is None else [place])]
-        places = Places([Path.cwd(), *(path.resolve().parent for path in named)], named)
+        places = AllowedPlaces([Path.cwd(), *(path.resolve().parent for path in named)], named)
         if place is not None:
-            work = open_project(place, document)
+            workspace = open_project(place, document)
         else:
             assert document is not None
-            work = open_document(document)
-        shared = _open_documents[loop, key[1]] = SharedDocument(work, places, state_folder())
+            workspace = open_document(document)
+        shared = _open_documents[loop, key[1]] = SharedDocument(workspace, places, state_folder())
     return EditorWidget(shared, height=height)
 
 

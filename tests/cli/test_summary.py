@@ -9,7 +9,7 @@ import pytest
 
 from retime import Signal, Warp
 from retime.cli import summary
-from retime.cli.summary import InputSpan
+from retime.evaluate.metrics.flights import flight_spans
 from tests.cli.figures import FLIGHT, curve, figure
 
 # Two seconds of input at speed 2, one at 1, three at 3.
@@ -24,20 +24,20 @@ def test_unit_share_counts_output_time() -> None:
 def test_output_seconds_follow_the_pieces_that_a_span_crosses() -> None:
     clip = Signal(("pan",), np.zeros((181, 1)), Fraction(30))
     assert clip.end_time == WARP.input_times[-1]
-    assert summary.output_seconds(WARP, InputSpan(1.0, 4.5), clip) == pytest.approx(0.5 + 1.0 + 0.5)
+    assert summary.output_seconds(WARP, 1.0, 4.5, clip) == pytest.approx(0.5 + 1.0 + 0.5)
     # The last frame is shown for a frame period in the output as in the input, however fast the way to it was.
-    assert summary.output_seconds(WARP, InputSpan(1.0, clip.duration), clip) == pytest.approx(2.5 + 1 / 30)
+    assert summary.output_seconds(WARP, 1.0, clip.duration, clip) == pytest.approx(2.5 + 1 / 30)
 
 
 def test_speeds_are_those_of_the_pieces_inside_or_of_the_one_around() -> None:
-    assert summary.speeds_in(WARP, InputSpan(1.5, 3.5)).tolist() == [1.0]
-    assert summary.speeds_in(WARP, InputSpan(4.0, 5.0)).tolist() == [3.0]
+    assert summary.speeds_in(WARP, 1.5, 3.5).tolist() == [1.0]
+    assert summary.speeds_in(WARP, 4.0, 5.0).tolist() == [3.0]
     backward = Warp([0.0, 1.0, 3.0], [6.0, 4.0, 0.0])
-    assert summary.speeds_in(backward, InputSpan(3.9, 6.0)).tolist() == [-2.0]
+    assert summary.speeds_in(backward, 3.9, 6.0).tolist() == [-2.0]
 
 
 def test_flights_that_are_played_at_another_speed_are_named() -> None:
-    kept, fast, cut = InputSpan(2.0, 3.0), InputSpan(3.0, 6.0), InputSpan(7.0, 8.0)
+    kept, fast, cut = (2.0, 3.0), (3.0, 6.0), (7.0, 8.0)
     assert summary.flights_text(WARP, [kept]) == "1 of 1 kept at unit speed"
     assert summary.flights_text(WARP, [kept, fast]) == "1 of 2 kept at unit speed; input 3.00-6.00 s at 3.00"
     # A flight that the warp never shows is neither kept nor played.
@@ -45,14 +45,13 @@ def test_flights_that_are_played_at_another_speed_are_named() -> None:
 
 
 def test_flights_and_idle_times_of_the_figure() -> None:
-    (flight,) = summary.flight_spans(figure())
-    assert flight.start == pytest.approx(FLIGHT[0], abs=0.1)
-    assert flight.end == pytest.approx(FLIGHT[1], abs=0.1)
+    (flight,) = flight_spans(figure())
+    assert flight == pytest.approx(FLIGHT, abs=0.1)
     idle = summary.idle_spans(figure())
-    assert idle[-1].start == pytest.approx(FLIGHT[1], abs=0.1)
-    assert idle[-1].end == 4.0
-    assert all(span.end < FLIGHT[0] or span.start > FLIGHT[1] - 0.1 for span in idle)
-    assert summary.flight_spans(curve()) == []
+    assert idle[-1][0] == pytest.approx(FLIGHT[1], abs=0.1)
+    assert idle[-1][1] == 4.0
+    assert all(end < FLIGHT[0] or start > FLIGHT[1] - 0.1 for start, end in idle)
+    assert flight_spans(curve()) == ()
     assert summary.idle_spans(figure().frames(0, 1)) == []
 
 

@@ -13,7 +13,7 @@ from retime import files as files_module
 from retime.errors import FormatError, OptionError, OutputExistsError
 from retime.files import read_bytes, write_bytes
 from retime.formats import Limits, read
-from retime.formats.foreign import foreign_kind
+from retime.formats.file_signatures import foreign_kind
 from retime.formats.text_lines import Lines, without_byte_order_mark
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="needs POSIX files")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from retime.errors import FormatError
 from retime.formats.joint_map import read_joint_map
-from retime.formats.options import Limits
+from retime.formats.read_options import Limits
 
 
 @pytest.fixture

@@ -56,13 +56,13 @@ def numbered(number: int) -> Document:
     return Document((ClipFile("/a.bvh"),), keys=(Key("k", 0.01 * number, 1.0),))
 
 
-def edited(work, number: int) -> None:
-    document = replace(work.history.present, keys=(Key("k", 0.01 * number, 1.0),))
-    work.history = work.history.edit(document, label=f"to {number}")
-    work.journal.edit(Edit(document, f"to {number}", "", True), work.history, work.warps)
+def edited(workspace, number: int) -> None:
+    document = replace(workspace.history.present, keys=(Key("k", 0.01 * number, 1.0),))
+    workspace.history = workspace.history.edit(document, label=f"to {number}")
+    workspace.journal.edit(Edit(document, f"to {number}", "", True), workspace.history, workspace.warps)
 
 
-def dead(work) -> None:
-    """Let go of a work as a program does that dies: nothing is removed."""
-    work.journal._file.close()
-    work.journal._lock.close()
+def dead(workspace) -> None:
+    """Let go of a workspace as a program does that dies: nothing is removed."""
+    workspace.journal._file.close()
+    workspace.journal._lock.close()

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from retime.errors import FormatError
+from retime.project.dataclass_json import from_value
 from retime.project.document import (
     Document,
 )
-from retime.project.values import from_value
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ from typing import Any
 from websockets.sync.client import ClientConnection, connect
 
 from retime import write
-from retime.project.places import Places
-from retime.project.work import new_document, open_document, open_project
+from retime.project.allowed_places import AllowedPlaces
+from retime.project.workspace import new_document, open_document, open_project
 from retime.server.app import Editor, EditorServer
 from retime.server.messages import VERSION
 from tests.cli.figures import curve, figure
@@ -170,12 +170,12 @@ def serving(
     if clips:
         document = new_document([str(folder / clip) for clip in clips], [str(folder / clip) for clip in references])
     if project is not None:
-        work = open_project(folder / project, document)
+        workspace = open_project(folder / project, document)
     else:
         assert document is not None
-        work = open_document(document, folder=state)
-    places = Places([folder], command=["retime", "edit", *clips])
-    server = EditorServer(Editor(work, places, state, page=page or folder / "no page"))
+        workspace = open_document(document, folder=state)
+    places = AllowedPlaces([folder], command=["retime", "edit", *clips])
+    server = EditorServer(Editor(workspace, places, state, page=page or folder / "no page"))
     thread = threading.Thread(target=server.serve_until_interrupted)
     thread.start()
     try:

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from retime.errors import FormatError
+from retime.project.dataclass_json import to_value
 from retime.project.document import ClipFile, Document, Key
-from retime.project.values import to_value
 from retime.server import messages
 from retime.server.messages import read_message, write_message
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, retimed
-from retime.cli.endings import EXIT_FILE, exit_code, problem
-from retime.cli.outputs import check_format, check_outputs
-from retime.cli.sections import Option, SectionedCommand
+from retime.cli.exit_codes import EXIT_FILE, exit_code
+from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.output_checks import check_format, check_outputs
 from retime.cli.terminal import Stages, report_error, say
-from retime.errors import OptionError, RetimeError
+from retime.errors import OptionError, RetimeError, words_of
 
 _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-dir retimed"
 
@@ -97,7 +97,7 @@ def command(
             if len(places) == 1:
                 raise
             # One broken file must not keep the others from being done.
-            words = problem(error)
+            words = words_of(error)
             report_error(words if str(clip) in words or str(place) in words else f"{clip}: {words}")
             codes.append(exit_code(error))
             continue

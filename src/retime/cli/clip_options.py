@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from retime.cli.sections import Option
+from retime.cli.help_sections import Option
 from retime.errors import OptionError, RetimeWarning
 from retime.motion.grammar import parse_frame_range
 from retime.motion.rate import parse_rate

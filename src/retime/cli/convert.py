@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options
-from retime.cli.outputs import check_format, check_outputs
-from retime.cli.sections import Option, SectionedCommand
+from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.output_checks import check_format, check_outputs
 from retime.cli.terminal import Stages, say
 
 _EXAMPLES = "\b\nExamples\n  retime convert 86_01.amc walk.bvh --frames 1:550 --fps 120"

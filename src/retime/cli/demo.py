@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retime.cli.clip_options import PATH
-from retime.cli.outputs import check_outputs
-from retime.cli.sections import Option, SectionedCommand
+from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.output_checks import check_outputs
 from retime.cli.terminal import Stages, say
 
 if TYPE_CHECKING:
@@ -88,21 +88,22 @@ def _shipped(name: str) -> bytes:
 
 def _say_what_was_kept(motion: Motion, phases: list[dict[str, Any]], linear: Warp, guided: Warp) -> None:
     """Print how long each phase lasts in the input, and in the output by either warp."""
-    from retime.cli.summary import InputSpan, flight_spans, flights_text, idle_spans, output_seconds
+    from retime.cli.summary import flights_text, idle_spans, output_seconds
+    from retime.evaluate.metrics.flights import flight_spans
 
     rate = float(motion.rate)
     rows = []
     for phase in phases:
         # A phase ends where the next one begins; the last one with the clip, whose last frame is shown too.
-        rows.append((phase["name"], [InputSpan(phase["first_frame"] / rate, (phase["last_frame"] + 1) / rate)]))
-    rows += [("standing still, in all", idle_spans(motion)), ("the whole clip", [InputSpan(0.0, motion.duration)])]
+        rows.append((phase["name"], [(phase["first_frame"] / rate, (phase["last_frame"] + 1) / rate)]))
+    rows += [("standing still, in all", idle_spans(motion)), ("the whole clip", [(0.0, motion.duration)])]
     say(f"The sample at {LENGTH} of its length: seconds in the input, and in the output by either warp\n")
     say(f"{'':22}{'input':>8}{'linear':>8}{'guided':>8}")
     for label, spans in rows:
         times = [
-            sum(span.seconds for span in spans),
-            sum(output_seconds(linear, span, motion) for span in spans),
-            sum(output_seconds(guided, span, motion) for span in spans),
+            sum(end - start for start, end in spans),
+            sum(output_seconds(linear, *span, motion) for span in spans),
+            sum(output_seconds(guided, *span, motion) for span in spans),
         ]
         say(f"{label:22}" + "".join(f"{seconds:8.2f}" for seconds in times))
     flights = flight_spans(motion)

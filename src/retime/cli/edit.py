@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from retime.cli.clip_options import PATH
-from retime.cli.sections import Option, SectionedCommand
+from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.terminal import say
 from retime.errors import MissingExtraError, MissingPageError, OptionError, RetimeWarning
 
 if TYPE_CHECKING:
-    from retime.project.places import Places
+    from retime.project.allowed_places import AllowedPlaces
 
 _EXAMPLES = (
     "\b\nExamples\n"
@@ -104,30 +104,30 @@ def command(
 
     if not (PAGE / "index.html").is_file():
         raise MissingPageError(no_page())
+    from retime.project.allowed_places import AllowedPlaces
     from retime.project.file import files_of
-    from retime.project.places import Places
-    from retime.project.work import new_document, open_document, open_project, state_folder
+    from retime.project.workspace import new_document, open_document, open_project, state_folder
     from retime.server.app import Editor, EditorServer
 
     named = [*clips, *references, *([] if project is None else [project])]
     again = _command(clips, references, up, project, folders)
-    places = Places([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named, command=again)
+    places = AllowedPlaces([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named, command=again)
     document = None
     if clips:
         document = new_document([str(clip) for clip in clips], [str(path) for path in references], up=up)
     if project is not None:
         if document is not None and project.exists():
             raise OptionError(f"{project} is there already, with clips of its own: open it without naming others")
-        work = open_project(project, document)
-        _hint_at_folders(files_of(work.history.present), places)
+        workspace = open_project(project, document)
+        _hint_at_folders(files_of(workspace.history.present), places)
     else:
         assert document is not None
-        work = open_document(document)
+        workspace = open_document(document)
 
     try:
-        server = EditorServer(Editor(work, places, state_folder()), port=port)
+        server = EditorServer(Editor(workspace, places, state_folder()), port=port)
     except OSError:
-        work.close()
+        workspace.close()
         raise
     say(f"editing at {server.guard.address}")
     if not no_browser:
@@ -156,7 +156,7 @@ def _command(
     return words
 
 
-def _hint_at_folders(files: list[str], places: Places) -> None:
+def _hint_at_folders(files: list[str], places: AllowedPlaces) -> None:
     """Say at once what the page would say about a project whose files lie elsewhere."""
     try:
         for file in files:

@@ -9,9 +9,10 @@ from typing import Any
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
-from retime.cli.results import Found, OutputOptions, deliver, output_options
+from retime.cli.found_warp import FoundWarp, deliver
+from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.output_options import OutputOptions, output_options
 from retime.cli.search_options import search_arguments, search_options
-from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import Stages
 from retime.cli.wish_options import WISHES_BESIDE, WishOptions, wish_options
 from retime.motion.grammar import WrittenKey, parse_frame_range
@@ -95,5 +96,5 @@ def command(
         times = [key.at(motion.rate) for key in keys]
         result = imitate(motion, stretch, timing, keys=times, **options)
     warp = replace(result.warp, name=motion.name)
-    found = Found(clip, motion, others, "guided", warp, result)
+    found = FoundWarp(clip, motion, others, "guided", warp, result)
     deliver(found, outputs, stages, {"references": [str(hand)], "example": example})

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options
-from retime.cli.sections import Option, SectionedCommand
+from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.terminal import say_json, say_table
 
 if TYPE_CHECKING:

@@ -12,16 +12,15 @@ from typing import Any, NoReturn
 import click
 
 from retime.cli import terminal
-from retime.cli.endings import (
+from retime.cli.exit_codes import (
     EXIT_FILE,
     EXIT_INFEASIBLE,
     EXIT_INTERRUPTED,
     EXIT_OK,
     EXIT_USAGE,
     exit_code,
-    problem,
 )
-from retime.errors import RetimeError
+from retime.errors import RetimeError, words_of
 
 # In the order of their use. Each is `command` in the module of its name.
 COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "edit")
@@ -75,7 +74,7 @@ class _Commands(click.Group):
         except click.ClickException as error:
             terminal.report_error(error.format_message())
         except (RetimeError, OSError) as error:
-            terminal.report_error(problem(error))
+            terminal.report_error(words_of(error))
             code = exit_code(error)
         except MemoryError as error:
             terminal.report_error(

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options
-from retime.cli.outputs import check_outputs, check_plot
-from retime.cli.sections import Option, SectionedCommand
+from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.output_checks import check_outputs, check_plot
 from retime.cli.terminal import Stages, say
 
 _EXAMPLES = "\b\nExamples\n  retime plot linear.json guided.json --motion walk.bvh -o compared.svg"

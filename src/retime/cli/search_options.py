@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from retime.cli.clip_options import parsed
-from retime.cli.sections import Option as SectionedOption
+from retime.cli.help_sections import Option as SectionedOption
 from retime.motion.grammar import WrittenTime, check_length, parse_number, parse_share, parse_speeds, read_time
 from retime.motion.rate import parse_rate
 from retime.search.options import BY_NAME, OPTIONS, Option

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from retime.arrays import FloatArray
-from retime.motion.kinematics import flights, global_poses, metres_per_unit, torso_positions
+from retime.evaluate.metrics import Spans
+from retime.motion.kinematics import global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
@@ -17,34 +17,7 @@ from retime.warp.curve import Warp
 _UNIT = 0.01
 
 
-@dataclass(frozen=True)
-class InputSpan:
-    """A stretch of the input.
-
-    Attributes
-    ----------
-    start, end : float
-        Input times, seconds.
-    """
-
-    start: float
-    end: float
-
-    @property
-    def seconds(self) -> float:
-        """How long it lasts."""
-        return self.end - self.start
-
-
-def flight_spans(clip: Motion | Signal) -> list[InputSpan]:
-    """Find the flights of a motion; a signal has none."""
-    if not isinstance(clip, Motion):
-        return []
-    rate = float(clip.rate)
-    return [InputSpan(first / rate, last / rate) for first, last in flights(clip)]
-
-
-def idle_spans(motion: Motion) -> list[InputSpan]:
+def idle_spans(motion: Motion) -> list[tuple[float, float]]:
     """Find stretches in which a figure stands still, a quarter of a second or longer.
 
     The root moves at less than 0.2 m/s, and the other joints at less than 0.1 m/s against it on average.
@@ -56,16 +29,16 @@ def idle_spans(motion: Motion) -> list[InputSpan]:
     root = np.linalg.norm(np.gradient(poses.positions[:, 0] * scale * rate, axis=0), axis=-1)
     joints = np.linalg.norm(np.gradient(torso_positions(poses) * scale * rate, axis=0), axis=-1).mean(axis=-1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (root < 0.2) & (joints < 0.1), [0]]).astype(np.int8)))
-    spans = [InputSpan(start / rate, (stop - 1) / rate) for start, stop in edges.reshape(-1, 2).tolist()]
-    return [span for span in spans if span.seconds >= 0.25]
+    spans = [(start / rate, (stop - 1) / rate) for start, stop in edges.reshape(-1, 2).tolist()]
+    return [(start, end) for start, end in spans if end - start >= 0.25]
 
 
-def speeds_in(warp: Warp, span: InputSpan) -> FloatArray:
-    """Return the speeds of the warp's pieces inside a span of the input, else of those that cross it."""
+def speeds_in(warp: Warp, start: float, end: float) -> FloatArray:
+    """Return the speeds of the warp's pieces between two input times, else of those that cross them."""
     ends = np.sort(np.stack([warp.input_times[:-1], warp.input_times[1:]]), axis=0)
-    inside = (ends[0] >= span.start - 1e-9) & (ends[1] <= span.end + 1e-9)
+    inside = (ends[0] >= start - 1e-9) & (ends[1] <= end + 1e-9)
     if not inside.any():
-        inside = (ends[0] < span.end) & (ends[1] > span.start)
+        inside = (ends[0] < end) & (ends[1] > start)
     return np.asarray(warp.slopes[inside])
 
 
@@ -80,14 +53,14 @@ def unit_share(warp: Warp) -> float:
     return float(seconds[np.abs(warp.slopes - 1.0) < _UNIT].sum() / seconds.sum())
 
 
-def output_seconds(warp: Warp, span: InputSpan, clip: Motion | Signal) -> float:
-    """Return how long the output shows a span of the input; the warp plays all of the clip, forward.
+def output_seconds(warp: Warp, start: float, end: float, clip: Motion | Signal) -> float:
+    """Return how long the output shows the input between two times; the warp plays all of the clip, forward.
 
     A span that reaches the clip's end holds its last frame, which output and input show for a frame period each.
     """
     back = warp.inverse()
-    last_frame = max(0.0, span.end - clip.end_time)
-    return float(back(span.end) - back(span.start)) + last_frame
+    last_frame = max(0.0, end - clip.end_time)
+    return float(back(end) - back(start)) + last_frame
 
 
 def length_text(n_frames: int, rate: Fraction) -> str:
@@ -106,12 +79,12 @@ def speed_text(warp: Warp) -> str:
     return f"{slopes.min():.2f} to {slopes.max():.2f}; {unit_share(warp):.0%} of the output at unit speed"
 
 
-def flights_text(warp: Warp, spans: list[InputSpan]) -> str:
+def flights_text(warp: Warp, spans: Spans) -> str:
     """Write how many flights play at unit speed, and how the others play."""
-    speeds = [speeds_in(warp, span) for span in spans]
+    speeds = [speeds_in(warp, *span) for span in spans]
     changed = [
-        f"{span.start:.2f}-{span.end:.2f} s at {_range_text(speed)}"
-        for span, speed in zip(spans, speeds, strict=True)
+        f"{start:.2f}-{end:.2f} s at {_range_text(speed)}"
+        for (start, end), speed in zip(spans, speeds, strict=True)
         if len(speed) and not at_unit_speed(speed)
     ]
     kept = sum(bool(len(speed)) and at_unit_speed(speed) for speed in speeds)

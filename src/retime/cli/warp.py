@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
-from retime.cli.results import Found, OutputOptions, deliver, output_options
+from retime.cli.found_warp import FoundWarp, deliver
+from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.output_options import OutputOptions, output_options
 from retime.cli.search_options import flags_of, search_arguments, search_options
-from retime.cli.sections import Option, SectionedCommand
 from retime.cli.terminal import Stages
 from retime.cli.wish_options import NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
 from retime.errors import OptionError
@@ -184,7 +185,7 @@ def command(**given: Any) -> None:
     hint_at_up(clip, request.clip_options.up)
     with stages.stage("search", "searching"):
         warp, search = _find(request, [clip, *(other for other, _ in others)], references)
-    found = Found(request.clip, clip, others, request.method, replace(warp, name=clip.name), search)
+    found = FoundWarp(request.clip, clip, others, request.method, replace(warp, name=clip.name), search)
     deliver(found, request.outputs, stages, {"references": [str(reference) for reference in request.reference]})
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retime.cli.clip_options import PATH, parsed
-from retime.cli.sections import Option
+from retime.cli.help_sections import Option
 from retime.errors import OptionError
 from retime.motion.grammar import (
     WrittenLock,

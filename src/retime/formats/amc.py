@@ -24,7 +24,7 @@ from retime.errors import FormatError, FormatWarning, InvalidMotionError, Option
 from retime.files import read_bytes, write_bytes
 from retime.formats.asf import Asf, find_asf, make_asf, parse_asf, refuse_other_kinds, turn_order
 from retime.formats.number_text import NumberTextError, parse_count, parse_number, parse_numbers, show
-from retime.formats.options import Limits, ReadOptions
+from retime.formats.read_options import Limits, ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion import rotation
 from retime.motion.euler import angle_between, fit_angles

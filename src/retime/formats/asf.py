@@ -23,9 +23,9 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.errors import FormatError
-from retime.formats.foreign import foreign_kind
+from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_text import NumberTextError, parse_number, show
-from retime.formats.options import Limits
+from retime.formats.read_options import Limits
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion import rotation
 from retime.motion.size import within_size

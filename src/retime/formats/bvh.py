@@ -29,7 +29,7 @@ from retime.files import write_bytes
 from retime.formats.bvh_frames import Frames, parse_frames
 from retime.formats.bvh_hierarchy import CHANNELS, Hierarchy, parse_hierarchy
 from retime.formats.number_text import format_table
-from retime.formats.options import ReadOptions
+from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import Lines, without_byte_order_mark
 from retime.motion import rotation
 from retime.motion.euler import angle_between, fit_angles

@@ -23,7 +23,7 @@ from retime.formats.number_text import (
     parse_table,
     show,
 )
-from retime.formats.options import ReadOptions
+from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import LINE_END, Lines, count_line_ends
 from retime.motion.rate import rate_from_frame_time
 

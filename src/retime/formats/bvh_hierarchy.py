@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 from retime.errors import FormatError
-from retime.formats.foreign import foreign_kind
+from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_text import NumberTextError, parse_count, parse_number, show
-from retime.formats.options import ReadOptions
+from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import Lines
 from retime.motion.skeleton import EndSite
 

@@ -25,9 +25,9 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
-from retime.formats.foreign import foreign_kind
+from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_text import NumberTextError, parse_number, parse_table
-from retime.formats.options import ReadOptions
+from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion.motion import Motion
 from retime.motion.rate import rate_from_step

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from retime.errors import FormatError
 from retime.files import read_bytes
-from retime.formats.foreign import foreign_kind
+from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_text import show
-from retime.formats.options import Limits
+from retime.formats.read_options import Limits
 from retime.formats.text_lines import count_line_ends, without_byte_order_mark
 
 _LINE_END = re.compile(r"\r\n?|\n")

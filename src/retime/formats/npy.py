@@ -26,8 +26,8 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning, InvalidMotionError, OptionError
 from retime.files import write_bytes
-from retime.formats.foreign import foreign_kind
-from retime.formats.options import Limits, ReadOptions
+from retime.formats.file_signatures import foreign_kind
+from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal, numbered_names

@@ -17,7 +17,7 @@ from retime.brief import kind_of
 from retime.checks import path_of
 from retime.errors import FormatError, OptionError
 from retime.files import read_bytes
-from retime.formats.options import Limits, ReadOptions
+from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.motion import UPS, Motion, Up
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal

@@ -8,7 +8,7 @@ from os import PathLike
 from typing import NoReturn
 
 from retime.errors import FormatError
-from retime.formats.options import Limits
+from retime.formats.read_options import Limits
 
 LINE_END = re.compile(rb"\r\n?|\n")
 _TOKEN = re.compile(rb"[^ \t\v\f]+")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from os import PathLike
 
 from retime.checks import path_of
-from retime.formats.options import Limits
+from retime.formats.read_options import Limits
 from retime.warp.curve import Warp, WarpLike, as_warp
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
-from retime.errors import InfeasibleWarpError, OptionError, RetimeError
+from retime.errors import InfeasibleWarpError, OptionError, RetimeError, words_of
 from retime.project.document import Document
 
 
@@ -47,13 +47,6 @@ class FaultyError(RetimeError):
     def __init__(self, error: Exception, fault: Fault) -> None:
         self.fault = fault
         super().__init__(words_of(error))
-
-
-def words_of(error: Exception) -> str:
-    """Say what went wrong, as the command line does."""
-    if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    return str(error) or type(error).__name__
 
 
 @contextlib.contextmanager

@@ -12,8 +12,8 @@ from typing import Any
 
 from retime.errors import FormatError
 from retime.files import read_bytes, write_bytes
+from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import ClipFile, Document, ReferenceFile
-from retime.project.values import from_value, to_value
 from retime.strict_json import parse_json
 from retime.warp.curve import Warp
 

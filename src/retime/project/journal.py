@@ -19,10 +19,10 @@ from typing import Any, BinaryIO
 
 from retime.errors import FormatError, OptionError
 from retime.files import read_bytes, sync_folder
+from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import Document
 from retime.project.file import read_warps
 from retime.project.history import History
-from retime.project.values import from_value, to_value
 from retime.strict_json import parse_json
 from retime.warp.curve import Warp
 

@@ -45,7 +45,7 @@ class Sources:
 
 
 def as_paths(text: str) -> Path:
-    """Take any path; see `retime.project.places` for something stricter."""
+    """Take any path; see `retime.project.allowed_places` for something stricter."""
     return Path(text)
 
 

@@ -21,8 +21,8 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from retime.errors import FormatError
-from retime.project.places import Places
-from retime.project.work import Work
+from retime.project.allowed_places import AllowedPlaces
+from retime.project.workspace import Workspace
 from retime.server import PAGE, messages, no_page
 from retime.server.guard import BodyTooLarge, Guard
 from retime.server.messages import read_message, write_message
@@ -38,9 +38,9 @@ class Editor:
 
     Parameters
     ----------
-    work : Work
+    workspace : Workspace
         What to edit.
-    places : Places
+    places : AllowedPlaces
         Where it may read and write.
     state : Path
         Folder for what has no place of its own.
@@ -48,8 +48,8 @@ class Editor:
         Folder of the page that npm built.
     """
 
-    def __init__(self, work: Work, places: Places, state: Path, *, page: Path = PAGE) -> None:
-        self._work, self._places, self._state = work, places, state
+    def __init__(self, workspace: Workspace, places: AllowedPlaces, state: Path, *, page: Path = PAGE) -> None:
+        self._workspace, self._places, self._state = workspace, places, state
         self._shared: SharedDocument | None = None
         # Files that are dropped keep their names, and an AMC finds its ASF: one folder for all of this run.
         self._drops = state / "dropped" / secrets.token_hex(8)
@@ -67,7 +67,7 @@ class Editor:
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
-        shared = self._shared = SharedDocument(self._work, self._places, self._state)
+        shared = self._shared = SharedDocument(self._workspace, self._places, self._state)
         yield
         await shared.close()
         used = shared.files()

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from retime.errors import FormatError, OptionError
+from retime.errors import FormatError, OptionError, words_of
 from retime.formats.registry import FORMATS
-from retime.project.faults import words_of
+from retime.project.allowed_places import AllowedPlaces
 from retime.project.file import SUFFIX
-from retime.project.places import Places
 from retime.server import messages
 
 # The endings of the files that hold clips.
@@ -17,7 +16,7 @@ OPENS = tuple(suffix for known in FORMATS for suffix in known.suffixes)
 _HOLDS = {"clip": (*OPENS, SUFFIX), "skeleton": (".asf",), "joint map": (".json", ".csv")}
 
 
-def listing(places: Places, folder: str | None, holds: str) -> messages.Listing:
+def listing(places: AllowedPlaces, folder: str | None, holds: str) -> messages.Listing:
     """List a folder, by default the first that may be used: its folders, and the files that hold what is looked for."""
     place = places.find(folder or ".")
     with_kind = [(entry.name, entry.is_dir()) for entry in place.iterdir() if not entry.name.startswith(".")]
@@ -34,7 +33,7 @@ def listing(places: Places, folder: str | None, holds: str) -> messages.Listing:
     )
 
 
-def found(places: Places, message: messages.Find) -> messages.Found:
+def found(places: AllowedPlaces, message: messages.Find) -> messages.Found:
     """Say whether a file may be used."""
     try:
         place = places.find(message.path, reading=not message.writing)

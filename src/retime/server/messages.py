@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 
 from retime.brief import brief_repr
 from retime.errors import FormatError
+from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import Document
-from retime.project.values import from_value, to_value
 from retime.strict_json import parse_json
 
 VERSION = 2

@@ -1,9 +1,9 @@
 """One document that is edited, by one page or several.
 
 Three threads share the work. The event loop holds the document and its history, and never waits. The solver's thread
-(`retime.server.solving`) reads files, solves and exports; of the documents that wait for it, only the latest is solved.
-The writer (`retime.server.writer`) puts each change on the disk before the pages are told that it is safe; of a drag
-whose positions wait for it, only the latest is written.
+(`retime.server.solver_thread`) reads files, solves and exports; of the documents that wait for it, only the latest is
+solved. The writer (`retime.server.disk_writer`) puts each change on the disk before the pages are told that it is safe;
+of a drag whose positions wait for it, only the latest is written.
 """
 
 from __future__ import annotations
@@ -16,22 +16,21 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from retime.errors import FormatError, OptionError, RetimeError
+from retime.errors import FormatError, OptionError, RetimeError, words_of
+from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import MAX_NAME, Document, KeptWarp
 from retime.project.export import check_no_input
-from retime.project.faults import words_of
 from retime.project.file import SUFFIX, files_of, warp_id
 from retime.project.history import History
 from retime.project.journal import Edit
-from retime.project.places import Places
-from retime.project.work import Work, new_document, open_document, open_project
+from retime.project.workspace import Workspace, new_document, open_document, open_project
 from retime.server import files, messages
 from retime.server.audience import Audience
+from retime.server.disk_writer import Change, DiskWriter
+from retime.server.drawn_messages import kept_message
 from retime.server.messages import ServerMessage, write_message
 from retime.server.outbox import Outbox
-from retime.server.pictures import kept_message
-from retime.server.solving import Findings, Job, Solving
-from retime.server.writer import Change, Writer
+from retime.server.solver_thread import Findings, Job, SolverThread
 from retime.warp.curve import Warp
 
 
@@ -45,16 +44,16 @@ class SharedDocument:
 
     Parameters
     ----------
-    work : Work
+    workspace : Workspace
         What is open.
-    places : Places
+    places : AllowedPlaces
         Where it may read and write.
     state : Path
         Folder for what has no place of its own.
     """
 
-    def __init__(self, work: Work, places: Places, state: Path) -> None:
-        self._work = work
+    def __init__(self, workspace: Workspace, places: AllowedPlaces, state: Path) -> None:
+        self._workspace = workspace
         self._places = places
         self._state_folder = state
         self._loop = asyncio.get_running_loop()
@@ -68,19 +67,19 @@ class SharedDocument:
         self._opening = False
         # What is on the disk.
         self._safe = self._state()
-        self._writer = Writer(died=self._writer_died)
-        self._solving = Solving(self._find, found=self._found, died=self._solver_died)
+        self._writer = DiskWriter(died=self._writer_died)
+        self._solver = SolverThread(self._find, found=self._found, died=self._solver_died)
         self._ask()
 
     async def close(self) -> None:
         """Put on the disk what waits for it, and end the threads."""
         await self._writer.close()
-        await asyncio.to_thread(self._solving.close)
-        self._work.close()
+        await asyncio.to_thread(self._solver.close)
+        self._workspace.close()
 
     @property
     def _history(self) -> History:
-        return self._work.history
+        return self._workspace.history
 
     @property
     def document(self) -> Document:
@@ -90,14 +89,14 @@ class SharedDocument:
     @property
     def warp(self) -> Warp | None:
         """The warp of the last document that could be solved."""
-        good = self._solving.good
+        good = self._solver.good
         return None if good is None else good[1].warp
 
     async def solved(self) -> Warp:
         """Wait until the document as it is now is solved, and return its warp; raise what it can't be solved for."""
         while True:
             self._answered.clear()
-            solution = self._solving.answer(self._revision)
+            solution = self._solver.answer(self._revision)
             if solution is not None:
                 return solution.warp
             await self._answered.wait()
@@ -115,21 +114,21 @@ class SharedDocument:
         self._audience.leave(page)
 
     def _kept(self) -> list[ServerMessage]:
-        return [kept_message(name, warp) for name, warp in self._work.warps.items()]
+        return [kept_message(name, warp) for name, warp in self._workspace.warps.items()]
 
     def _notes(self) -> list[ServerMessage]:
-        return [messages.Notice("warning", note) for note in self._work.notes]
+        return [messages.Notice("warning", note) for note in self._workspace.notes]
 
     def _state(self) -> messages.State:
-        work = self._work
+        workspace = self._workspace
         return messages.State(
             revision=self._revision,
-            document=work.history.present,
-            undo_label=work.history.undo_label,
-            redo_label=work.history.redo_label,
-            saved=work.is_saved,
-            recovered=work.recovered,
-            path=None if work.path is None else str(work.path),
+            document=workspace.history.present,
+            undo_label=workspace.history.undo_label,
+            redo_label=workspace.history.redo_label,
+            saved=workspace.is_saved,
+            recovered=workspace.recovered,
+            path=None if workspace.path is None else str(workspace.path),
             opened=self._opened,
         )
 
@@ -155,10 +154,10 @@ class SharedDocument:
                 self._edit(message)
             case messages.Undo():
                 self._check_next(message.revision)
-                self._change(self._history.undo(), self._work.journal.undo)
+                self._change(self._history.undo(), self._workspace.journal.undo)
             case messages.Redo():
                 self._check_next(message.revision)
-                self._change(self._history.redo(), self._work.journal.redo)
+                self._change(self._history.redo(), self._workspace.journal.redo)
             case messages.Keep():
                 self._check_next(message.revision)
                 self._keep(message.name)
@@ -185,28 +184,28 @@ class SharedDocument:
         if len(message.label) > MAX_NAME or len(message.gesture) > MAX_NAME:
             raise OptionError(f"a label or a gesture is longer than {MAX_NAME} letters")
         for kept in message.document.kept:
-            if kept.id not in self._work.warps:
+            if kept.id not in self._workspace.warps:
                 raise OptionError(f"there is no kept warp {kept.id!r}")
         edit = Edit(message.document, message.label, message.gesture, message.done)
         history = self._history.edit(edit.document, label=edit.label, gesture=edit.gesture, done=edit.done)
         self._writer.drop_last_of(edit.gesture)
-        self._change(history, partial(self._work.journal.edit, edit), gesture="" if edit.done else edit.gesture)
+        self._change(history, partial(self._workspace.journal.edit, edit), gesture="" if edit.done else edit.gesture)
 
     def _keep(self, name: str) -> None:
         if not name or len(name) > MAX_NAME:
             raise OptionError(f"a kept warp needs a name of 1 to {MAX_NAME} letters")
         document = self._history.present
-        good = self._solving.good
+        good = self._solver.good
         if good is None or good[0] != self._revision:
             raise OptionError("there is no warp to keep: wait for the curve, or solve its problem first")
         warp = good[1].warp
         kept = KeptWarp(warp_id(warp), name)
         if any(kept.id == other.id for other in document.kept):
             raise OptionError("this warp is kept already")
-        journal = self._work.journal
+        journal = self._workspace.journal
         edit = Edit(replace(document, kept=(*document.kept, kept)), f"keep {name}", "", True)
         history = self._history.edit(edit.document, label=edit.label)
-        self._work.warps = {**self._work.warps, kept.id: warp}
+        self._workspace.warps = {**self._workspace.warps, kept.id: warp}
         self._audience.tell(kept_message(kept.id, warp))
 
         def write(history: History, warps: Mapping[str, Warp]) -> None:
@@ -219,8 +218,8 @@ class SharedDocument:
         self, history: History, write: Callable[[History, Mapping[str, Warp]], None], *, gesture: str = ""
     ) -> None:
         """Take a new history, have it solved, and tell the pages once it is on the disk."""
-        work, warps = self._work, self._work.warps
-        work.history = history
+        workspace, warps = self._workspace, self._workspace.warps
+        workspace.history = history
         self._revision += 1
         self._ask()
         state = self._state()
@@ -238,8 +237,8 @@ class SharedDocument:
     # Files.
 
     def _save(self, page: Outbox, message: messages.Save) -> None:
-        work, history, warps = self._work, self._history, self._work.warps
-        path = work.path if message.path is None else self._places.find(message.path)
+        workspace, history, warps = self._workspace, self._history, self._workspace.warps
+        path = workspace.path if message.path is None else self._places.find(message.path)
         if path is None:
             raise OptionError("the project has no name yet: say where to save it")
         check_no_input(path, history.present)
@@ -254,29 +253,31 @@ class SharedDocument:
         def failed(error: Exception) -> None:
             page.put(messages.Notice("error", f"not saved: {words_of(error)}"))
 
-        self._writer.put(Change(lambda: work.save(place, history, warps, overwrite=message.overwrite), done, failed))
+        self._writer.put(
+            Change(lambda: workspace.save(place, history, warps, overwrite=message.overwrite), done, failed)
+        )
 
     def _open(self, page: Outbox, text: str) -> None:
         place = self._places.find(text, reading=True)
-        found: list[Work] = []
+        found: list[Workspace] = []
         self._opening = True
 
         def opened() -> None:
-            if place == self._work.path:
+            if place == self._workspace.path:
                 raise OptionError(f"{place} is open already")
             if place.suffix.lower() == SUFFIX:
                 found.append(open_project(place))
             else:
                 found.append(open_document(new_document([str(place)]), folder=self._state_folder))
-            self._work.close()
+            self._workspace.close()
 
         def done() -> None:
             self._opening = False
-            self._work = found[0]
+            self._workspace = found[0]
             self._revision += 1
             self._first = self._revision
             self._opened += 1
-            self._solving.forget()
+            self._solver.forget()
             self._audience.forget()
             self._ask()
             self._safe = self._state()
@@ -294,14 +295,14 @@ class SharedDocument:
 
     def _export(self, page: Outbox, message: messages.Export) -> None:
         place = self._places.find(message.path)
-        document, project = self._history.present, self._work.path
+        document, project = self._history.present, self._workspace.path
         if place == project:
             raise OptionError(f"{place} is the project; choose another place")
 
         def say(answer: ServerMessage) -> None:
             self._loop.call_soon_threadsafe(page.put, answer)
 
-        self._solving.export(message, document, place, say)
+        self._solver.export(message, document, place, say)
 
     def drop(self, name: str, data: bytes, folder: Path) -> Path:
         """Keep a file that was dropped on the page, where pages may read from then on. Called in a thread."""
@@ -321,7 +322,7 @@ class SharedDocument:
     # The other threads.
 
     def _ask(self) -> None:
-        self._solving.ask(Job(self._revision, self._first, self._history.present))
+        self._solver.ask(Job(self._revision, self._first, self._history.present))
 
     def _found(self, findings: Findings) -> None:
         """Tell all pages what was found. Called in the solver's thread, which writes the messages."""

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from retime.evaluate.plot.strip import flight_times, plan_strip
+from retime.evaluate.metrics.flights import flight_spans
+from retime.evaluate.plot.strip import plan_strip
 from retime.warp.curve import Warp
 from retime.warp.spline import linear_warp
 from tests.evaluate.figures import FLIGHT, flight_of, jumper, keeping_flight, ramp
@@ -11,7 +12,7 @@ from tests.evaluate.figures import FLIGHT, flight_of, jumper, keeping_flight, ra
 @pytest.mark.parametrize("lead", [1.0, 1.37, 2.0])
 def test_a_row_that_keeps_the_flight_shows_as_many_poses_of_it_as_the_input(n_poses: int, lead: float) -> None:
     motion = jumper(lead=lead, rest=1.5)
-    found = flight_times(motion)
+    found = flight_spans(motion)
     kept = keeping_flight(motion, 0.65)
     linear = linear_warp([(0, 0), (motion.end_time, 0.65 * motion.end_time)])
     strip = plan_strip(motion, {"linear": linear, "kept": kept}, found, n_poses)
@@ -29,7 +30,7 @@ def test_a_row_that_keeps_the_flight_shows_as_many_poses_of_it_as_the_input(n_po
 
 def test_a_short_clip_is_shown_whole() -> None:
     motion = jumper(lead=1.0, rest=1.0)
-    strip = plan_strip(motion, {"w": keeping_flight(motion, 0.65)}, flight_times(motion))
+    strip = plan_strip(motion, {"w": keeping_flight(motion, 0.65)}, flight_spans(motion))
     assert not strip.aligned
     assert (strip.left, strip.right) == (0.0, motion.end_time)
     assert [(row.origin, row.start) for row in strip.rows] == [(0.0, 0.0)] * 2
@@ -39,7 +40,7 @@ def test_a_short_clip_is_shown_whole() -> None:
 @pytest.mark.parametrize("lead", [0.5, 30.0, 59.0])
 def test_a_long_clip_is_shown_around_its_flight_with_take_off_at_zero(lead: float) -> None:
     motion = jumper(lead=lead, rest=60.0 - lead)
-    (flight,) = flight_times(motion)
+    (flight,) = flight_spans(motion)
     warps = {
         "linear": linear_warp([(0, 0), (motion.end_time, 40)]),
         "kept": keeping_flight(motion, 0.65),
@@ -92,7 +93,7 @@ def test_a_single_frame_has_a_strip() -> None:
 def test_a_warp_that_cuts_the_flight_out_still_has_a_row() -> None:
     motion = jumper(lead=40.0, rest=10.0)
     cut = Warp(np.array([0.0, 20.0]), np.array([0.0, 30.0]))
-    strip = plan_strip(motion, {"cut": cut}, flight_times(motion), 30)
+    strip = plan_strip(motion, {"cut": cut}, flight_spans(motion), 30)
     row = strip.rows[1]
     assert row.flights == ()
     # Aligned at the moment nearest to the take-off: its end.
@@ -108,9 +109,9 @@ def test_a_warp_called_input_is_not_taken_for_the_input() -> None:
 
 def test_flights_are_those_of_the_motion_in_seconds() -> None:
     motion = jumper(lead=1.0, rest=1.0)
-    ((start, stop),) = flight_times(motion)
+    ((start, stop),) = flight_spans(motion)
     begin, end = flight_of(motion, 1.0)
     assert begin <= start < stop <= end
     assert stop - start > FLIGHT / 2
-    assert flight_times(ramp()) == ()
-    assert flight_times(None) == ()
+    assert flight_spans(ramp()) == ()
+    assert flight_spans(None) == ()

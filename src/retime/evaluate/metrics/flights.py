@@ -11,6 +11,7 @@ from retime.evaluate.metrics import ANALYSIS_RATE, Spans
 from retime.evaluate.metrics.spans import seconds_shown
 from retime.motion.kinematics import flights
 from retime.motion.motion import Motion
+from retime.motion.signal import Signal
 from retime.search.result import GuidedWarp
 from retime.warp.curve import Warp
 
@@ -18,16 +19,18 @@ from retime.warp.curve import Warp
 _UNIT = 1e-6
 
 
-def flight_spans(motion: Motion, *, clearance: float = 0.05) -> tuple[tuple[float, float], ...]:
-    """Input times between which a figure flies, seconds, for every flight (see `retime.motion.kinematics.flights`).
+def flight_spans(motion: Motion | Signal | None, *, clearance: float = 0.05) -> tuple[tuple[float, float], ...]:
+    """Return take-off and landing of every flight, in seconds; none where there is no skeleton.
 
     Parameters
     ----------
-    motion : Motion
-        Y up.
+    motion : Motion, Signal or None
+        The input.
     clearance : float
-        Metres that everything is off the ground, at least.
+        Metres that everything is off the ground, at least (see `retime.motion.kinematics.flights`).
     """
+    if not isinstance(motion, Motion):
+        return ()
     rate = float(motion.rate)
     return tuple((first / rate, last / rate) for first, last in flights(motion, clearance=clearance))
 

@@ -10,7 +10,6 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.evaluate.metrics.spans import output_intervals
-from retime.motion.kinematics import flights
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
@@ -85,14 +84,6 @@ class Strip:
     anchor: float
 
     __repr__ = brief_repr
-
-
-def flight_times(motion: Motion | Signal | None) -> tuple[tuple[float, float], ...]:
-    """Input times of take-off and landing of every flight, seconds; none where there is no skeleton."""
-    if not isinstance(motion, Motion):
-        return ()
-    rate = float(motion.rate)
-    return tuple((first / rate, last / rate) for first, last in flights(motion))
 
 
 def in_flight(output_times: FloatArray, intervals: tuple[tuple[float, float], ...]) -> np.ndarray:

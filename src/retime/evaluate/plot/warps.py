@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 from retime.brief import kind_of
 from retime.checks import path_of, whole
 from retime.errors import FormatError, MissingExtraError, OptionError
+from retime.evaluate.metrics.flights import flight_spans
 from retime.evaluate.naming import name_warps
 from retime.evaluate.plot.panels import draw_keys, draw_map, draw_speed, draw_strip
 from retime.evaluate.plot.reasons import draw_reasons, most_score, reasons_height
-from retime.evaluate.plot.strip import DEFAULT_N_POSES, Strip, flight_times, plan_strip
+from retime.evaluate.plot.strip import DEFAULT_N_POSES, Strip, plan_strip
 from retime.evaluate.plot.style import GREY, PLOT_SUFFIXES, STYLE, pens_for, shown
 from retime.files import write_bytes
 from retime.motion.motion import Motion
@@ -237,9 +238,9 @@ def _draw_panel(
     if keytimes is None:
         keytimes = _keytimes_of(warps)
     if panel == "speed":
-        draw_speed(ax, warps, pens_for(warps), flight_times(motion), keytimes, above=0.0)
+        draw_speed(ax, warps, pens_for(warps), flight_spans(motion), keytimes, above=0.0)
     else:
-        draw_map(ax, warps, pens_for(warps), flight_times(motion), keytimes)
+        draw_map(ax, warps, pens_for(warps), flight_spans(motion), keytimes)
     figure = ax.get_figure()
     while figure is not None and not hasattr(figure, "savefig"):
         # A subfigure: the picture is the figure around it.
@@ -262,7 +263,7 @@ def _draw(
     explanation: Explanation | None,
 ) -> Figure:
     pens = pens_for(warps)
-    found = flight_times(motion)
+    found = flight_spans(motion)
     if keytimes is None:
         keytimes = _keytimes_of(warps)
     strip = None if motion is None else plan_strip(motion, warps, found, n_poses)

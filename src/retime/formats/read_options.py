@@ -1,4 +1,4 @@
-"""What a reader may be told, and what it will not go past."""
+"""What a person may tell a reader of files, and the sizes at which every reader stops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the editor may read and write."""
+"""The folders and files that the editor may read and write, and no others."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from retime.errors import OptionError
 
 
-class Places:
+class AllowedPlaces:
     """Folders that the editor may use, and single files that its user named.
 
     Parameters
@@ -26,7 +26,7 @@ class Places:
 
     Examples
     --------
-    >>> places = Places(["/home/ana/clips"])
+    >>> places = AllowedPlaces(["/home/ana/clips"])
     >>> places.find("/home/ana/clips/../keys")
     Traceback (most recent call last):
     ...

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from retime.server.writer import Change, Writer
+from retime.server.disk_writer import Change, DiskWriter
 
 
 class Disk:
@@ -37,7 +37,7 @@ def written(*changes: tuple[str, str], error: Exception | None = None) -> list[s
 
     async def run() -> list[str]:
         disk = Disk()
-        writer = Writer(died=lambda raised: disk.told.append(f"died of {raised}"))
+        writer = DiskWriter(died=lambda raised: disk.told.append(f"died of {raised}"))
         for i, (name, gesture) in enumerate(changes):
             writer.drop_last_of(gesture)
             writer.put(disk.change(name, gesture=gesture, error=error if i == 1 else None))

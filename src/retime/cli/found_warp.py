@@ -1,20 +1,14 @@
-"""What a command that finds a warp leaves behind: files, a summary, or one JSON object."""
+"""A warp that was found, and what a command leaves of it: files, and a summary or one JSON object."""
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from retime.cli.clip_options import PATH, parsed, retimed
-from retime.cli.outputs import check_format, check_outputs, check_plot
-from retime.cli.sections import Option
+from retime.cli.clip_options import retimed
+from retime.cli.output_options import OutputOptions
 from retime.cli.terminal import Stages, say, say_json, say_table
-from retime.errors import OptionError
 
 if TYPE_CHECKING:
     from retime.motion.motion import Motion
@@ -23,115 +17,8 @@ if TYPE_CHECKING:
     from retime.warp.curve import Warp
 
 
-def _also(text: str) -> tuple[Path, Path]:
-    """Split another clip from its output."""
-    clip, sign, output = text.partition("=")
-    if not (sign and clip and output):
-        raise OptionError(
-            f"expected another clip and its output, such as camera.csv=camera_retimed.csv, found {text!r}"
-        )
-    return Path(clip), Path(output)
-
-
-_OPTIONS = (
-    click.option(
-        "-o",
-        "--output",
-        cls=Option,
-        metavar="OUT",
-        type=PATH,
-        help="Write the retimed clip; the name's ending says in which format.",
-    ),
-    click.option(
-        "--save", cls=Option, metavar="WARP.json", type=PATH, help="Write the warp, for retime apply and retime plot."
-    ),
-    click.option(
-        "--plot",
-        cls=Option,
-        metavar="FILE",
-        type=PATH,
-        help="Draw the warp beside linear, and spline where there are keys, over what was binding (.svg, .pdf, .png).",
-    ),
-    click.option(
-        "--explain",
-        cls=Option,
-        metavar="FILE.csv",
-        type=PATH,
-        help="Write for each output frame its score, the reference frames that it was matched with, and what was "
-        "binding.",
-    ),
-    click.option(
-        "--also",
-        cls=Option,
-        metavar="CLIP=OUT",
-        callback=parsed(_also),
-        multiple=True,
-        help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
-    ),
-    click.option(
-        "--no-average",
-        "average",
-        cls=Option,
-        is_flag=True,
-        flag_value=False,
-        default=True,
-        help="Don't average the input where it is sped up.",
-    ),
-    click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
-    click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),
-    click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary."),
-)
-
-
-@dataclass(frozen=True)
-class OutputOptions:
-    """What is to be written, and what is to be said."""
-
-    output: Path | None
-    save: Path | None
-    plot: Path | None
-    explain: Path | None
-    also: tuple[tuple[Path, Path], ...]
-    average: bool
-    force: bool
-    as_json: bool
-    quiet: bool
-
-    @property
-    def places(self) -> list[Path]:
-        """The files to be written."""
-        places = [self.output, *(place for _, place in self.also), self.save, self.plot, self.explain]
-        return [place for place in places if place is not None]
-
-    def check(self, clip: Path, inputs: Iterable[Path | None]) -> None:
-        """Refuse, before anything is read, what could not be written; `inputs` are read beside the clip."""
-        read = [clip, *(path for path in inputs if path is not None), *(other for other, _ in self.also)]
-        outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
-        outputs |= {f"--also {other}": place for other, place in self.also}
-        check_outputs(outputs, inputs=read, force=self.force)
-        for other, place in self.also:
-            check_format(place, like=other)
-        if self.output is not None:
-            check_format(self.output, like=clip)
-        if self.plot is not None:
-            check_plot(self.plot)
-
-
-def output_options(function: Callable[..., None]) -> Callable[..., None]:
-    """Add the options to a command, which gets them as one argument ``outputs``."""
-
-    @functools.wraps(function)
-    def packed(**given: Any) -> None:
-        outputs = OutputOptions(**{name: given.pop(name) for name in OutputOptions.__dataclass_fields__})
-        function(outputs=outputs, **given)
-
-    for option in reversed(_OPTIONS):
-        packed = option(packed)
-    return packed
-
-
 @dataclass(frozen=True, eq=False)
-class Found:
+class FoundWarp:
     """A warp, and where it comes from.
 
     Attributes
@@ -162,7 +49,7 @@ class Found:
         object.__setattr__(self, "n_output_frames", self.warp.count_frames(self.clip.rate))
 
 
-def deliver(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> None:
+def deliver(found: FoundWarp, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> None:
     """Write what was asked for, then say what was done; `facts` are the command's own part of the JSON."""
     _write(found, outputs, stages)
     if outputs.as_json:
@@ -171,7 +58,7 @@ def deliver(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[st
         _say_summary(found, outputs)
 
 
-def _write(found: Found, outputs: OutputOptions, stages: Stages) -> None:
+def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> None:
     # Heavy imports wait until something is to be done.
     from retime.files import write_bytes
     from retime.formats.registry import write
@@ -194,7 +81,7 @@ def _write(found: Found, outputs: OutputOptions, stages: Stages) -> None:
             _draw(found, outputs.plot, overwrite=outputs.force)
 
 
-def _draw(found: Found, place: Path, *, overwrite: bool) -> None:
+def _draw(found: FoundWarp, place: Path, *, overwrite: bool) -> None:
     """Draw the warp beside what an animator has today."""
     from retime.evaluate.plot.warps import plot_with_baselines
 
@@ -204,7 +91,7 @@ def _draw(found: Found, place: Path, *, overwrite: bool) -> None:
     )
 
 
-def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> dict[str, Any]:
+def _document(found: FoundWarp, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> dict[str, Any]:
     """Collect what --json prints; the search's numbers are null where there was none."""
     from retime.cli.summary import slip_facts
 
@@ -251,8 +138,9 @@ def _document(found: Found, outputs: OutputOptions, stages: Stages, facts: dict[
     }
 
 
-def _say_summary(found: Found, outputs: OutputOptions) -> None:
+def _say_summary(found: FoundWarp, outputs: OutputOptions) -> None:
     from retime.cli import summary
+    from retime.evaluate.metrics.flights import flight_spans
 
     clip, search = found.clip, found.search
     last_frame = clip.first_frame + clip.n_frames - 1
@@ -275,7 +163,7 @@ def _say_summary(found: Found, outputs: OutputOptions) -> None:
             )
         )
     rows.append(("speed", summary.speed_text(found.warp)))
-    spans = summary.flight_spans(clip)
+    spans = flight_spans(clip)
     if spans:
         rows.append(("flights", summary.flights_text(found.warp if search is None else search.staircase, spans)))
     if search is not None and search.excess is not None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from retime.errors import OptionError
+from retime.evaluate.metrics.flights import flight_spans
 from retime.motion.joint_names import match_joints
-from retime.motion.kinematics import flights, global_poses, metres_per_unit
+from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.project.reader import Sources
@@ -59,12 +60,10 @@ def _clip(
 ) -> Clip:
     names, parents = clip_nodes(clip)
     positions, values = np.zeros((0, 0, 3)), np.zeros((0, 0))
-    airborne: list[tuple[int, int]] = []
     if isinstance(clip, Motion):
         poses = global_poses(clip)
         positions = np.concatenate([poses.positions, poses.end_positions], axis=1)
         positions *= metres_per_unit(clip)
-        airborne = flights(clip)
     else:
         values = clip.values
     return Clip(
@@ -83,7 +82,7 @@ def _clip(
         parents=parents,
         positions=positions.astype(np.float32),
         values=values,
-        flights=np.array(airborne, dtype=np.float64).reshape(-1, 2) / float(clip.rate),
+        flights=np.array(flight_spans(clip), dtype=np.float64).reshape(-1, 2),
         counterparts=counterparts,
     )
 

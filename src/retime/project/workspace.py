@@ -29,8 +29,8 @@ def state_folder() -> Path:
 
 
 @dataclass
-class Work:
-    """What one editor has open.
+class Workspace:
+    """What one editor has open: a document and all that is kept of it.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ def journal_of_clips(document: Document, folder: Path) -> Path:
     return folder / "journals" / f"{name}.journal"
 
 
-def open_document(document: Document, *, folder: Path | None = None) -> Work:
+def open_document(document: Document, *, folder: Path | None = None) -> Workspace:
     """Begin with a document that has no project, or go on with what was not saved of it.
 
     Parameters
@@ -178,7 +178,7 @@ def open_document(document: Document, *, folder: Path | None = None) -> Work:
     return _open(journal, None, Project(document))
 
 
-def open_project(path: Path, new: Document | None = None) -> Work:
+def open_project(path: Path, new: Document | None = None) -> Workspace:
     """Open a project, and recover what was not saved of it.
 
     Parameters
@@ -209,33 +209,35 @@ def open_project(path: Path, new: Document | None = None) -> Work:
     return _open(journal, path, project)
 
 
-def _open(journal: Journal, path: Path | None, project: Project) -> Work:
+def _open(journal: Journal, path: Path | None, project: Project) -> Workspace:
     """Begin with a project, or with what its journal adds to it."""
     saved = project.document if project.digest or path is None else None
-    work = Work(History(project.document), project.warps, journal, path, saved, project.digest)
+    workspace = Workspace(History(project.document), project.warps, journal, path, saved, project.digest)
     try:
-        _recover(work, project)
-        journal.begin(work.history, work.warps, project.digest)
+        _recover(workspace, project)
+        journal.begin(workspace.history, workspace.warps, project.digest)
     except BaseException:
         journal.close()
         raise
-    return work
+    return workspace
 
 
-def _recover(work: Work, project: Project) -> None:
+def _recover(workspace: Workspace, project: Project) -> None:
     found: Recovered | None = None
     try:
-        found = work.journal.recover()
+        found = workspace.journal.recover()
     except FormatError as error:
-        work.notes.append(f"the autosave could not be read ({error}); it is kept as {work.journal.set_aside()}")
+        workspace.notes.append(
+            f"the autosave could not be read ({error}); it is kept as {workspace.journal.set_aside()}"
+        )
     if found is None:
         return
     base = find_recovery(found, project.digest)
     if base is None:
-        work.notes.append(
+        workspace.notes.append(
             "the project was changed since, by another program or from a copy; what was not saved then is kept as "
-            f"{work.journal.set_aside()}"
+            f"{workspace.journal.set_aside()}"
         )
         return
-    work.history, work.warps = found.history.sealed(), {**found.warps, **project.warps}
-    work.recovered = found.history.present != project.document
+    workspace.history, workspace.warps = found.history.sealed(), {**found.warps, **project.warps}
+    workspace.recovered = found.history.present != project.document

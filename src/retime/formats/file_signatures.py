@@ -1,4 +1,4 @@
-"""Files that are not what their name says: a picture called .bvh, a web page saved in place of a download."""
+"""What a file is, told by its first bytes: messages name it where a picture is called .bvh, or a web page was saved."""
 
 from __future__ import annotations
 

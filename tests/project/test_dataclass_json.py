@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 
+from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import (
     Document,
 )
-from retime.project.values import from_value, to_value
 from tests.project.documents import document_of
 
 

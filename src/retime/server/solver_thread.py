@@ -10,16 +10,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from retime.errors import RetimeError, RetimeWarning
+from retime.errors import RetimeError, RetimeWarning, words_of
 from retime.project.document import Document
 from retime.project.export import check_no_input, export_motion, export_warp
-from retime.project.faults import fault_of, words_of
+from retime.project.faults import fault_of
 from retime.project.reader import Find, Sources
 from retime.project.solve import DocumentSolver, Solution
 from retime.server import messages
-from retime.server.latest_only import LatestOnly
+from retime.server.drawn_messages import clip_messages, curve_message, why_message
+from retime.server.latest_only_thread import LatestOnlyThread
 from retime.server.messages import ServerMessage
-from retime.server.pictures import clip_messages, curve_message, why_message
 
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
 _REST = 0.2
@@ -63,7 +63,7 @@ class Findings:
     counts: dict[str, int] | None = None
 
 
-class Solving:
+class SolverThread:
     """Solves in a thread of its own; of the documents that wait for it, only the latest.
 
     Parameters
@@ -86,7 +86,7 @@ class Solving:
         self._bad: tuple[int, Exception] | None = None
         self._dead: BaseException | None = None
         self._died = died
-        self._worker = LatestOnly(self._solve, name="retime-solver", died=self._end)
+        self._worker = LatestOnlyThread(self._solve, name="retime-solver", died=self._end)
 
     @property
     def good(self) -> tuple[int, Solution] | None:

@@ -1,4 +1,4 @@
-"""Clips that a program holds, put into files of the editor's: a document names files, and is found again by them."""
+"""Motions and signals that a program holds in memory, written to files: the editor opens files only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes to the disk: one change after the other, in a thread, while the event loop goes on."""
+"""Writes changes to the disk one after the other, in a thread, while the event loop goes on."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Change:
     gesture: str = ""
 
 
-class Writer:
+class DiskWriter:
     """Writes changes one by one, in order. Made in a running event loop.
 
     Parameters

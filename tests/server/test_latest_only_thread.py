@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from retime.server.latest_only import LatestOnly
+from retime.server.latest_only_thread import LatestOnlyThread
 
 
 class Work:
@@ -19,7 +19,7 @@ class Work:
         self.may_end = threading.Semaphore(0)
         self.idle: list[bool] = []
         self.rest: float | None = None
-        self.worker = LatestOnly(self.work, name="test")
+        self.worker = LatestOnlyThread(self.work, name="test")
 
     def work(self, job: int) -> None:
         self.begun.append(job)
@@ -88,7 +88,7 @@ def test_a_rest_in_which_nothing_comes_is_one() -> None:
         found.append(worker.idle(0.001))
         over.set()
 
-    worker = LatestOnly(do, name="test")
+    worker = LatestOnlyThread(do, name="test")
     worker.submit(1)
     assert over.wait(30)
     worker.close()
@@ -98,7 +98,7 @@ def test_a_rest_in_which_nothing_comes_is_one() -> None:
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_fault_of_the_works_is_told() -> None:
     told: list[BaseException] = []
-    worker: LatestOnly[int] = LatestOnly(lambda job: 1 // job, name="test", died=told.append)
+    worker: LatestOnlyThread[int] = LatestOnlyThread(lambda job: 1 // job, name="test", died=told.append)
     worker.submit(0)
     worker._thread.join(30)
     assert [type(error) for error in told] == [ZeroDivisionError]

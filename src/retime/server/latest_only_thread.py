@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 Job = TypeVar("Job")
 
 
-class LatestOnly(Generic[Job]):
+class LatestOnlyThread(Generic[Job]):
     """Do jobs in a thread of their own: one at a time, and of those that come meanwhile only the last.
 
     A key that is dragged asks for more solutions than can be found. What was asked for in between is of no use to

@@ -1,4 +1,4 @@
-"""Where results go: everything that can be refused is refused before the long work."""
+"""Checks of the files that a command is to write: what can be refused is refused before the long work."""
 
 from __future__ import annotations
 

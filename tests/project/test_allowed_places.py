@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from retime.errors import OptionError
-from retime.project.places import Places
+from retime.project.allowed_places import AllowedPlaces
 
 
 def test_places_are_compared_part_by_part_with_links_followed(tmp_path) -> None:
@@ -15,7 +15,7 @@ def test_places_are_compared_part_by_part_with_links_followed(tmp_path) -> None:
         (folder / "a.bvh").touch()
     (inside / "way_out").symlink_to(beside)
     (inside / "a_link.bvh").symlink_to(beside / "a.bvh")
-    places = Places([inside], [beside / "named.bvh"])
+    places = AllowedPlaces([inside], [beside / "named.bvh"])
     assert places.find("a.bvh") == inside / "a.bvh"
     assert places.find(inside / "new.bvh") == inside / "new.bvh"
     assert places.find(beside / "named.bvh", reading=True) == beside / "named.bvh"
@@ -36,7 +36,7 @@ def test_places_are_compared_part_by_part_with_links_followed(tmp_path) -> None:
 
 def test_a_refusal_says_what_to_type(tmp_path) -> None:
     here, one, two = (tmp_path / name for name in ("here", "my clips", "more"))
-    places = Places([here], command=["retime", "edit", "--project", "p.retime"])
+    places = AllowedPlaces([here], command=["retime", "edit", "--project", "p.retime"])
     with pytest.raises(OptionError) as found:
         places.find(one / "a.bvh", beside=[one / "b.bvh", here / "c.bvh", two / "d.bvh"])
     assert str(found.value).endswith(f"type: retime edit --project p.retime --folder '{one}' --folder {two}")
@@ -44,4 +44,4 @@ def test_a_refusal_says_what_to_type(tmp_path) -> None:
     with pytest.raises(OptionError, match=f"--folder {two}$"):
         places.find(two, beside=["a\0.bvh", "~nobody knows/a.bvh"])
     with pytest.raises(OptionError, match=r"os\.chdir"):
-        Places([here]).find(one / "a.bvh")
+        AllowedPlaces([here]).find(one / "a.bvh")

@@ -1,0 +1,123 @@
+"""The options that say what a command that finds a warp writes and prints."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from retime.cli.clip_options import PATH, parsed
+from retime.cli.help_sections import Option
+from retime.cli.output_checks import check_format, check_outputs, check_plot
+from retime.errors import OptionError
+
+
+def _also(text: str) -> tuple[Path, Path]:
+    """Split another clip from its output."""
+    clip, sign, output = text.partition("=")
+    if not (sign and clip and output):
+        raise OptionError(
+            f"expected another clip and its output, such as camera.csv=camera_retimed.csv, found {text!r}"
+        )
+    return Path(clip), Path(output)
+
+
+_OPTIONS = (
+    click.option(
+        "-o",
+        "--output",
+        cls=Option,
+        metavar="OUT",
+        type=PATH,
+        help="Write the retimed clip; the name's ending says in which format.",
+    ),
+    click.option(
+        "--save", cls=Option, metavar="WARP.json", type=PATH, help="Write the warp, for retime apply and retime plot."
+    ),
+    click.option(
+        "--plot",
+        cls=Option,
+        metavar="FILE",
+        type=PATH,
+        help="Draw the warp beside linear, and spline where there are keys, over what was binding (.svg, .pdf, .png).",
+    ),
+    click.option(
+        "--explain",
+        cls=Option,
+        metavar="FILE.csv",
+        type=PATH,
+        help="Write for each output frame its score, the reference frames that it was matched with, and what was "
+        "binding.",
+    ),
+    click.option(
+        "--also",
+        cls=Option,
+        metavar="CLIP=OUT",
+        callback=parsed(_also),
+        multiple=True,
+        help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
+    ),
+    click.option(
+        "--no-average",
+        "average",
+        cls=Option,
+        is_flag=True,
+        flag_value=False,
+        default=True,
+        help="Don't average the input where it is sped up.",
+    ),
+    click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
+    click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),
+    click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary."),
+)
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """What is to be written, and what is to be said."""
+
+    output: Path | None
+    save: Path | None
+    plot: Path | None
+    explain: Path | None
+    also: tuple[tuple[Path, Path], ...]
+    average: bool
+    force: bool
+    as_json: bool
+    quiet: bool
+
+    @property
+    def places(self) -> list[Path]:
+        """The files to be written."""
+        places = [self.output, *(place for _, place in self.also), self.save, self.plot, self.explain]
+        return [place for place in places if place is not None]
+
+    def check(self, clip: Path, inputs: Iterable[Path | None]) -> None:
+        """Refuse, before anything is read, what could not be written; `inputs` are read beside the clip."""
+        read = [clip, *(path for path in inputs if path is not None), *(other for other, _ in self.also)]
+        outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
+        outputs |= {f"--also {other}": place for other, place in self.also}
+        check_outputs(outputs, inputs=read, force=self.force)
+        for other, place in self.also:
+            check_format(place, like=other)
+        if self.output is not None:
+            check_format(self.output, like=clip)
+        if self.plot is not None:
+            check_plot(self.plot)
+
+
+def output_options(function: Callable[..., None]) -> Callable[..., None]:
+    """Add the options to a command, which gets them as one argument ``outputs``."""
+
+    @functools.wraps(function)
+    def packed(**given: Any) -> None:
+        outputs = OutputOptions(**{name: given.pop(name) for name in OutputOptions.__dataclass_fields__})
+        function(outputs=outputs, **given)
+
+    for option in reversed(_OPTIONS):
+        packed = option(packed)
+    return packed
