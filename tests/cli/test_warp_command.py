@@ -272,7 +272,7 @@ def test_help_says_the_default_of_every_option(run) -> None:
         (["--length", "fast"], "--length"),
         (["--length", "0.01s"], "at least 2"),
         (["--length", "1f"], "at least 2"),
-        (["--length", "999999999999f"], "frames of input"),
+        (["--length", "999999999999f"], "so long an output needs a search through"),
         (["--rate", "12000", "--max-skip", "255"], "is the most"),
         (["--length", "-5%"], "--length"),
         (["--key", "2.5"], "--key"),

@@ -443,17 +443,26 @@ CONTRADICTIONS: dict[str, tuple[dict[str, object], str]] = {
     "lock_outside": ({"locks": [Lock(5.0, 6.0)]}, "leaves the clip"),
     "lock_before": ({"locks": [Lock(-1.0, 1.0)]}, "leaves the clip"),
     "lock_over_the_end": ({"locks": [Lock(1.0, 3.0)]}, "leaves the clip"),
-    "lock_over_a_hold": ({"locks": [Lock(0.5, 1.5)], "keys": [(1.0, 1.0), (1.0, 1.5)]}, "holds the hold"),
+    "lock_over_a_hold": ({"locks": [Lock(0.5, 1.5)], "keys": [(1.0, 1.0), (1.0, 1.5)]}, "where keytimes hold the pose"),
     "lock_never_shown": ({"locks": [Lock(1.5, 1.8)], "keys": [(1.0, 1.0)], "length": "31f"}, "nowhere shown"),
-    "lock_too_short": ({"locks": [Lock(1.0, 1.02, 8.0, 8.0)]}, "shorter than one step"),
-    "lock_too_fast_for_max_skip": ({"locks": [Lock(1.0, 1.5, 5.0, 5.0)], "max_skip": 3}, "can't play"),
-    "lock_between_the_steps": ({"locks": [Lock(1.0, 1.5, 0.6, 0.7)], "upsample": 2}, "can't play"),
+    "lock_too_short": ({"locks": [Lock(1.0, 1.02, 8.0, 8.0)]}, "one frame of the search, 33 ms, shows more"),
+    "lock_too_fast_for_max_skip": (
+        {"locks": [Lock(1.0, 1.5, 5.0, 5.0)], "max_skip": 3},
+        "can't be played: with max_skip=3",
+    ),
+    "lock_between_the_steps": (
+        {"locks": [Lock(1.0, 1.5, 0.6, 0.7)], "upsample": 2},
+        "can't be played: with upsample=2",
+    ),
     "limits_reversed": ({"speed": (2.0, 1.0)}, "slowest first"),
     "limits_zero": ({"speed": (0.0, 0.0)}, "above 0"),
     "limits_negative": ({"speed": (-1.0, 1.0)}, "above 0"),
     "limits_nan": ({"speed": (float("nan"), 1.0)}, "above 0"),
-    "limits_between_the_steps": ({"speed": (0.6, 0.7), "upsample": 2}, "no step plays"),
-    "limits_beyond_bytes": ({"speed": (1 / 24, 16)}, "at most 255|from 1 to 255"),
+    "limits_between_the_steps": (
+        {"speed": (0.6, 0.7), "upsample": 2},
+        r"no speed from 0\.6 to 0\.7 can be played: with upsample=2 .* raise upsample$",
+    ),
+    "limits_beyond_bytes": ({"speed": (1 / 24, 16)}, r"from 1/24 to 16: .* Ask for speeds up to 10\.6, or"),
     "max_skip_0": ({"max_skip": 0}, "max_skip must be"),
     "max_skip_256": ({"max_skip": 256}, "max_skip must be"),
     "upsample_0": ({"upsample": 0}, "upsample must be"),
@@ -598,5 +607,5 @@ def test_a_lock_is_kept_beside_keytimes_that_lie_between_frames() -> None:
 
 
 def test_a_table_that_no_machine_should_make_is_refused_with_what_to_change() -> None:
-    with pytest.raises(OptionError, match=r"need a table of .* scores.* is the most\. Take fewer frames"):
+    with pytest.raises(OptionError, match=r"needs a table of .* scores.* is the most\. Take a shorter part"):
         guided_warp(curve(400), length="65%", upsample=120)

@@ -6,9 +6,9 @@ import itertools
 import math
 from collections.abc import Sequence
 
+from retime.kernels.steps import MAX_STEP
 from retime.search.reduction import SLOWEST_SEARCHED, Reduction
 from retime.search.wishes.asked import Wishes
-from retime.search.wishes.steps import MAX_STEP
 from retime.search.wishes.upsampling import upsample_for
 from retime.warp.curve import Keytime
 

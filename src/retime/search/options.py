@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from retime.checks import real, whole
 from retime.errors import OptionError
+from retime.kernels.steps import MAX_STEP
 
 # What people type for an option, or what it holds:
 # length    "65%", "9.3", "280f", or "free"     rate      "29.97", "30000/1001"
@@ -336,7 +337,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="The largest step between frames that the search may take (max_skip)",
         panel="more",
         least=1,
-        most=255,
+        most=MAX_STEP,
     ),
     Option(
         name="upsample",

@@ -15,6 +15,7 @@ from retime.arrays import FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import Backend, PathProblem, StepPairs, backend
+from retime.kernels.steps import MAX_STEP
 
 PathSearch = Literal["priced", "layered"]
 SEARCHES = get_args(PathSearch)
@@ -170,9 +171,9 @@ def _as_scores(scores: ArrayLike, steps: StepPairs | None) -> tuple[FloatArray, 
                 f"expected scores of shape (n_input >= 1, {steps.n_pairs}), one for each pair of steps; "
                 f"found {array.shape}"
             )
-    elif array.ndim != 3 or not len(array) or array.shape[1] != array.shape[2] or not 1 <= array.shape[1] <= 255:
+    elif array.ndim != 3 or not len(array) or array.shape[1] != array.shape[2] or not 1 <= array.shape[1] <= MAX_STEP:
         raise OptionError(
-            f"expected scores of shape (n_input >= 1, max_skip, max_skip) with max_skip from 1 to 255, "
+            f"expected scores of shape (n_input >= 1, max_skip, max_skip) with max_skip from 1 to {MAX_STEP}, "
             f"found {array.shape}"
         )
     else:
@@ -344,11 +345,11 @@ def check_feasible(
             )
         need = -(-(n_input - 1) // (n_output - 1))
         remedy = (
-            f"Use at least {least} frames, or max_skip >= {need}."
+            f"Use at least {least} frames, or steps of up to {need}."
             if n_output <= most
-            else f"Use at most {most} frames, or upsample by {-(-(n_output - 1) // (n_input - 1))} or more."
+            else f"Use at most {most} frames, or {-(-(n_output - 1) // (n_input - 1))} times as many of input."
         )
-        limits = f"max_skip={max_skip} allows" if min_skip == 1 else f"steps of {min_skip} to {max_skip} allow"
+        limits = f"steps of {min_skip} to {max_skip} allow" if min_skip < max_skip else f"steps of {max_skip} allow"
         raise InfeasibleWarpError(
             f"cannot fit input frames {j0}–{j1} into {n_output} output frames: {limits} {least} to {most}. {remedy}",
             span=span,

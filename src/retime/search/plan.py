@@ -10,13 +10,14 @@ from typing import Any
 from retime.arrays import BoolArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
+from retime.kernels.steps import MAX_STEP
 from retime.search.grid import choose_max_skip, choose_upsamples
 from retime.search.reduction import Reduction, nearest_frame, reduce_to_compression
 from retime.search.wishes.allowed import allowed_steps
 from retime.search.wishes.asked import Wishes
-from retime.search.wishes.feasible import check_counts, least_max_skip
+from retime.search.wishes.feasible import check_counts, least_max_skip, length_words
 from retime.search.wishes.locks import LockedSpan, locked_spans
-from retime.search.wishes.steps import MAX_STEP
+from retime.search.wishes.steps import Named, slowest_words
 from retime.search.wishes.upsampling import MAX_UPSAMPLE, upsample_for
 from retime.warp.curve import Keytime
 
@@ -55,6 +56,11 @@ class Request:
     def free(self) -> bool:
         """Whether the length is the search's to find."""
         return math.isinf(self.keytimes[-1].output_time)
+
+    @property
+    def named(self) -> Named:
+        """What messages may call by name."""
+        return Named(self.upsample, self.max_skip)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,10 +142,14 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
         return choose_max_skip(reduction, wishes, itself=itself) if given_skip is None else given_skip
 
     def attempt(reduction: Reduction, max_skip: int, **messages: Any) -> SearchPlan:
-        locked = locked_spans(reduction, max_skip, wishes.input_end, wishes.locks)
-        allowed = allowed_steps(reduction, max_skip, locked=locked, slowest=wishes.slowest, fastest=wishes.fastest)
+        named = request.named
+        locked = locked_spans(reduction, max_skip, wishes.input_end, wishes.locks, named=named)
+        allowed = allowed_steps(
+            reduction, max_skip, locked=locked, slowest=wishes.slowest, fastest=wishes.fastest, named=named
+        )
         counts = _length_range(request, reduction) if request.free else None
-        check_counts(reduction, allowed, n_output=counts, last_frame=float(1 / request.motion_rate), **messages)
+        last_frame = float(1 / request.motion_rate)
+        check_counts(reduction, allowed, n_output=counts, named=named, last_frame=last_frame, **messages)
         # Keytimes inside the clip have places in the output, so that the count matters; without them and without
         # bounds nothing counts.
         uncounted = request.free and len(request.keytimes) == 2 and request.length_bounds == (2, None)
@@ -158,6 +168,8 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     while True:
         reduction = reduced(choice)
         skip = skip_for(reduction)
+        if skip > MAX_STEP:
+            break
         where = -1
         try:
             return attempt(reduction, skip)
@@ -186,8 +198,10 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     skip = skip_for(reduction)
     if skip > MAX_STEP:
         raise OptionError(
-            f"max_skip must be from 1 to {MAX_STEP}, found {skip} (for the speeds asked for, with "
-            f"upsample={reduction.upsample})",
+            f"one warp can't play speeds from {slowest_words(reduction.upsample)} to {skip / reduction.upsample:g}: "
+            f"the fastest is at most {MAX_STEP} times the slowest. Ask for speeds up to "
+            f"{math.floor(10 * MAX_STEP / reduction.upsample) / 10:g}, or for less slow-down"
+            + ("" if request.upsample is None else f" than upsample={request.upsample}"),
             option="speed",
         )
     return attempt(reduction, skip, wishes=str(wishes), fits=fits)
@@ -204,13 +218,37 @@ def _length_range(request: Request, reduction: Reduction) -> tuple[int, int]:
     least = max(low or 2, shortest)
     most = longest if high is None else min(high, longest)
     if least > most:
-        words = "" if high is None else f" to {high}"
-        raise InfeasibleWarpError(
-            f"no length lies within the bounds of {low}{words} frames (at the analysis rate): the keytimes and "
-            f"upsample={reduction.upsamples[-1]} allow {shortest} to {longest}. Change the bounds, or use "
-            "another upsample",
-            min_output=shortest,
-            max_output=longest,
-            option="min_length" if longest < (low or 2) else "max_length",
-        )
+        raise _out_of_bounds(request, reduction, shortest, longest)
     return least, most
+
+
+def _out_of_bounds(request: Request, reduction: Reduction, shortest: int, longest: int) -> InfeasibleWarpError:
+    """Say that no free length lies within its bounds; `shortest` and `longest` are what keytimes and speeds allow."""
+    last_frame = float(1 / request.motion_rate)
+    low, high = request.length_bounds
+    bounds = f"at least {low}f, {low * last_frame:.3f} s"
+    if high is not None:
+        bounds = f"{low}f to {high}f, {low * last_frame:.3f} to {high * last_frame:.3f} s"
+    upsample = reduction.upsamples[-1]
+    too_short = nearest_frame((low - 1) * last_frame * reduction.rate) + 1 > longest
+    if too_short:
+        # Each step needs a frame of its own in the last span.
+        enough = math.ceil(
+            ((low - 1) * last_frame * reduction.rate - reduction.positions[-2])
+            * upsample
+            / (reduction.frames[-1] - reduction.frames[-2])
+        )
+        limit = f"speeds down to {slowest_words(upsample)} allow no more than " + length_words(
+            longest - 1, reduction.rate, last_frame, math.floor
+        )
+        remedy = f"allow speeds down to {slowest_words(enough)}"
+        remedy += f" (upsample={enough})" if request.upsample is not None else f" (speed='{slowest_words(enough)}..')"
+    else:
+        limit = "the keytimes allow no less than " + length_words(shortest - 1, reduction.rate, last_frame, math.ceil)
+        remedy = "move the last keytime"
+    return InfeasibleWarpError(
+        f"no length lies within the bounds ({bounds}): {limit}. Change the bounds, or {remedy}",
+        min_output=shortest,
+        max_output=longest,
+        option="min_length" if too_short else "max_length",
+    )

@@ -20,11 +20,9 @@ from retime.errors import InfeasibleWarpError, OptionError
 from retime.search.keytimes import check_keytimes
 from retime.warp.curve import Keytime
 
-# Of the unrolled input: weeks of motion, or a slow-down that no clip needs.
+# Frames of the unrolled input: weeks of motion, or a slow-down that no clip needs.
 MOST_FRAMES = 50_000_000
-
-
-# Mean playback speed of a span.
+# A span that plays slower than this on average is taken for a hold.
 SLOWEST_SEARCHED = 1 / 32
 
 
@@ -173,9 +171,12 @@ def reduce_to_compression(
         n_steps if at_rest else abs(b - a) for (a, b), n_steps, at_rest in zip(places, steps, still, strict=True)
     )
     if n_input > MOST_FRAMES:
+        # One number for all spans is what a person asked for.
+        asked = isinstance(upsample, int | np.integer) and upsample > 1
         raise OptionError(
-            f"the keytimes with upsample={max(upsamples)} at {rate:g} Hz need {n_input:.2g} frames of input; "
-            f"{MOST_FRAMES:.2g} is the most. Ask for less slow-down or a shorter hold, or lower the rate or upsample"
+            f"so long an output needs a search through {n_input:.2g} frames; {MOST_FRAMES:.2g} is the most. "
+            f"Ask for a shorter output or hold, for less slow-down, or for a rate below {rate:g} Hz"
+            + (f" or an upsample below {upsample}" if asked else "")
         )
     frames = [0]
     unrolled = [np.array([places[0][0] / (rate * upsamples[0])])]
@@ -183,8 +184,8 @@ def reduce_to_compression(
         if n_steps < 1:
             raise InfeasibleWarpError(
                 f"the keytimes at output times {ordered[span].output_time:g} s and "
-                f"{ordered[span + 1].output_time:g} s are closer than one frame at the analysis rate of {rate:g} Hz: "
-                "move them apart, or raise the rate",
+                f"{ordered[span + 1].output_time:g} s are closer than one frame of the search, {1000 / rate:.0f} ms: "
+                f"move them apart, or raise the rate above {rate:g} Hz",
                 span=span,
                 option="keys",
                 output_times=(ordered[span].output_time, ordered[span + 1].output_time),

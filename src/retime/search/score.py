@@ -129,7 +129,7 @@ def check_reference(n_frames: Sequence[int], n_neighbors: int, rate: float, own_
     if sum(max(0, n - 2) for n in n_frames) >= n_neighbors:
         return
     found = " + ".join(str(n) for n in n_frames)
-    frames = f"{found} frame{'s' * (found != '1')} at the analysis rate of {rate:g} Hz"
+    frames = f"{found} frame{'s' * (found != '1')} at {rate:g} Hz, as the search looks at it"
     needed = f"n_neighbors={n_neighbors} needs at least {n_neighbors + 2}"
     if own_name:
         raise OptionError(
@@ -206,11 +206,10 @@ def triple_scores(
         return scores.reshape(-1, max_skip, max_skip)
     assert steps is not None
     if (n_scores := len(input_poses) * steps.n_pairs) > MOST_SCORES:
-        limit = f"max_skip={steps.longest}" if steps.every else f"{steps.n_pairs} pairs of steps"
         raise OptionError(
-            f"{len(input_poses)} input frames (at the analysis rate, upsampled) with {limit} need a table "
-            f"of {n_scores:.2g} scores; {MOST_SCORES:.2g} is the most. Take fewer frames, or a lower rate, upsample "
-            "or max_skip"
+            f"a search through {len(input_poses)} frames in steps of up to {steps.longest} needs a table of "
+            f"{n_scores:.2g} scores; {MOST_SCORES:.2g} is the most. Take a shorter part of the motion, or ask for a "
+            "lower rate or narrower speed limits"
         )
     kernels = use or backend()
     inputs = np.ascontiguousarray(input_poses - model.origin)

@@ -10,6 +10,7 @@ import numpy as np
 
 from retime.arrays import BoolArray, FloatArray
 from retime.brief import brief_repr
+from retime.kernels.steps import MAX_STEP
 from retime.search.reduction import Reduction, nearest_frame
 
 # Scores in a table that is made larger than is asked for.
@@ -51,7 +52,7 @@ class ScoreTable:
         """Choose the longest step of the table that follows, which must have `max_skip` and should not grow often."""
         if max_skip <= self.max_skip:
             return self.max_skip if self.max_skip <= 1.5 * max_skip else max_skip
-        grown = min(255, max_skip + max_skip // 4)
+        grown = min(MAX_STEP, max_skip + max_skip // 4)
         return grown if self.reduction.n_input * grown**2 <= _MOST_SPARE else max_skip
 
 

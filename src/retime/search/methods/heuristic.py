@@ -60,7 +60,11 @@ def heuristic_path(
         coarse = shortest_path(coarse_scores(frames, coarse_skip), n_output=len(positions), anchors=nearest)
     except InfeasibleWarpError as error:
         rate = plan.reduction.rate / every
-        raise InfeasibleWarpError(f"at the heuristic's coarse rate of {rate:g} Hz: {error}") from None
+        raise InfeasibleWarpError(
+            f"the heuristic search, which looks at {rate:g} Hz first, finds no way through these keytimes there: take "
+            "search='priced' (--search priced)",
+            option="search",
+        ) from error
     found = zip(positions.tolist(), frames[coarse.frames].tolist(), strict=True)
     path = task.through(_with_feasible(plan.anchors, list(found), plan.allowed))
     best = task.through()

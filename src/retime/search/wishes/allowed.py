@@ -14,7 +14,7 @@ from retime.arrays import BoolArray, FloatArray
 from retime.errors import OptionError
 from retime.search.reduction import Reduction
 from retime.search.wishes.locks import LockedSpan
-from retime.search.wishes.steps import fixed_step, playable, steps_between
+from retime.search.wishes.steps import NOTHING_NAMED, Named, fixed_step, playable, steps_between
 from retime.warp.curve import Keytime
 
 
@@ -25,6 +25,7 @@ def allowed_steps(
     locked: Sequence[LockedSpan] = (),
     slowest: float = 0.0,
     fastest: float = math.inf,
+    named: Named = NOTHING_NAMED,
 ) -> BoolArray:
     """Say which steps the search may take.
 
@@ -40,6 +41,8 @@ def allowed_steps(
         From `locked_spans`.
     slowest, fastest : float
         Playback speeds for the whole clip.
+    named : Named
+        What messages may call by name.
 
     Returns
     -------
@@ -63,8 +66,8 @@ def allowed_steps(
         general = np.isin(steps, list(steps_between(slowest, fastest, upsample, max_skip)))
         if not general.any():
             raise OptionError(
-                f"no step plays between {slowest:g} and {fastest:g} times the speed with upsample={upsample} and "
-                f"max_skip={max_skip} ({playable(upsample, max_skip)}): raise them",
+                f"no speed from {slowest:g} to {fastest:g} can be played: {playable(upsample, max_skip, named)}. "
+                f"{' or '.join(['Widen the limits', *(f'raise {name}' for name in named.names)])}",
                 option="speed",
             )
         if not still:
@@ -81,7 +84,7 @@ def allowed_steps(
             continue
         moving = [place for place in (frame - 1, frame) if 0 <= place < n_input - 1 and not held[place]]
         for place in moving:
-            other = steps != _tangent_step(key, int(upsample_at[place]), max_skip, slowest, fastest)
+            other = steps != _tangent_step(key, int(upsample_at[place]), max_skip, slowest, fastest, named)
             if place == frame:
                 allowed[frame, other] = False
             else:
@@ -102,7 +105,7 @@ def span_ranges(reduction: Reduction) -> Iterator[tuple[int, int, bool, int]]:
     return zip(reduction.frames[:-1], reduction.frames[1:], reduction.still, reduction.upsamples, strict=True)
 
 
-def _tangent_step(key: Keytime, upsample: int, max_skip: int, slowest: float, fastest: float) -> int:
+def _tangent_step(key: Keytime, upsample: int, max_skip: int, slowest: float, fastest: float, named: Named) -> int:
     """Return the step that plays a tangent."""
     assert key.speed is not None
     asks = f"the keytime at output time {key.output_time:g} s asks for speed {key.speed:g}, which"
@@ -113,7 +116,7 @@ def _tangent_step(key: Keytime, upsample: int, max_skip: int, slowest: float, fa
     step = fixed_step(abs(key.speed), upsample, max_skip)
     if step is None:
         raise OptionError(
-            f"{asks} upsample={upsample} and max_skip={max_skip} can't play ({playable(upsample, max_skip)})",
+            f"{asks} can't be played: {playable(upsample, max_skip, named)}",
             option="keys",
             output_times=(key.output_time,),
         )

@@ -32,7 +32,7 @@ class Wishes:
 
     @property
     def any(self) -> bool:
-        """Whether anything is."""
+        """Whether there is a lock, a tangent or a speed limit."""
         return bool(self.locks or self.tangents) or self.slowest > 0 or self.fastest < math.inf
 
     @property

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypedDict
 
 import numpy as np
 
 from retime.arrays import BoolArray
 from retime.errors import InfeasibleWarpError
+from retime.kernels.steps import MAX_STEP
 from retime.search.reduction import Reduction
-from retime.search.wishes.steps import MAX_STEP
+from retime.search.wishes.steps import NOTHING_NAMED, Named, slowest_words
 
 # Whether all keytimes can be met, given an upsampling (of all spans or of each) and max_skip.
 Fits = Callable[[int | tuple[int, ...], int], bool]
@@ -23,6 +25,7 @@ def check_counts(
     *,
     n_output: tuple[int, int] | None = None,
     wishes: str = "",
+    named: Named = NOTHING_NAMED,
     fits: Fits | None = None,
     last_frame: float = 0.0,
 ) -> None:
@@ -38,6 +41,8 @@ def check_counts(
         The least and the most output frames, where the length is free.
     wishes : str
         What besides `max_skip` and the upsampling forbids steps, for the message.
+    named : Named
+        Which of these two the message may name, and offer others of.
     fits : function of (upsample, max_skip), optional
         Whether all keytimes could be met with these: only a remedy that works is offered.
     last_frame : float
@@ -55,7 +60,9 @@ def check_counts(
             least, most = (count - 1 - reduction.positions[span] for count in n_output)
         possible = _StepCounts(allowed[first:last], last - first)
         if not possible.any_between(least, most):
-            raise _infeasible(reduction, span, allowed.shape[1], (least, most), possible, wishes, fits, last_frame)
+            raise _Refusal(
+                reduction, span, allowed.shape[1], (least, most), possible, wishes, named, fits, last_frame
+            ).error()
 
 
 def steps_fit(allowed: BoolArray, n_steps: int) -> bool:
@@ -105,94 +112,117 @@ class _StepCounts:
         return count + (bits & -bits).bit_length() if bits else None
 
 
+def length_words(n_steps: int, rate: float, last_frame: float, rounded: Callable[[float], int] = round) -> str:
+    """Write a length in frames that are shown for `last_frame` seconds each, and in seconds; steps are of 1 / rate."""
+    n_frames = rounded(round(n_steps / (rate * last_frame), 6)) + 1
+    return f"{n_frames}f ({n_frames * last_frame:.3f} s)"
+
+
+@dataclass(frozen=True)
+class _Refusal:
+    """A span that can't be crossed, and what is known of it; see `check_counts`."""
+
+    reduction: Reduction
+    span: int
+    max_skip: int
+    wanted: tuple[int, int]
+    possible: _StepCounts
+    wishes: str
+    named: Named
+    fits: Fits | None
+    last_frame: float
+
+    def error(self) -> InfeasibleWarpError:
+        """Name the span, what fits there, and what would make it feasible."""
+        before, after = self.reduction.keytimes[self.span : self.span + 2]
+        least, most = self.wanted
+        fewer, more = self.possible.below(least), self.possible.above(most)
+        known: _Values = {
+            "span": self.span,
+            "n_input": self._n_offered + 1,
+            "n_output": most + 1,
+            "max_skip": self.max_skip,
+            "output_times": (before.output_time, after.output_time),
+        }
+        into = self._asked(most) if least == most else f"{self._asked(least)} to {self._asked(most)}"
+        where = f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s into {into}"
+        if self.possible.least is None:
+            return InfeasibleWarpError(f"{where}: {self._limits()} leave no way through. Loosen one.", **known)
+        if fewer is None:
+            assert more is not None
+            remedy = f"at least {self._asked(more, math.ceil)}"
+            # The fastest step, or the longest way through few frames.
+            allows = f"{self._limits('up')} allow no less than {self._asked(more, math.ceil)}"
+        elif more is None:
+            remedy = f"at most {self._asked(fewer, math.floor)}"
+            allows = f"{self._limits('down')} allow no more than {self._asked(fewer, math.floor)}"
+        else:
+            remedy = f"{self._asked(fewer)} or {self._asked(more)}"
+            allows = f"{self._limits()} allow {remedy}, and nothing between"
+        offered = [f"Use a length of {remedy}" if self._whole else f"Put these keytimes {remedy} apart"]
+        if better := self._better_limits(finer=more is None):
+            offered.append(better)
+        if self.wishes:
+            offered.append(f"loosen {self.wishes}")
+        return InfeasibleWarpError(
+            f"{where}: {allows}. {', or '.join(offered)}.",
+            **known,
+            min_output=self.possible.least + 1,
+            max_output=self.possible.most + 1,
+        )
+
+    @property
+    def _n_offered(self) -> int:
+        """Steps of one frame across the span."""
+        return self.reduction.frames[self.span + 1] - self.reduction.frames[self.span]
+
+    @property
+    def _upsample(self) -> int:
+        return self.reduction.upsamples[self.span]
+
+    @property
+    def _whole(self) -> bool:
+        """Whether there is no keytime between the ends: the length can be changed then, which counts the last frame."""
+        return len(self.reduction.keytimes) == 2 and self.last_frame > 0
+
+    def _asked(self, n_steps: int, rounded: Callable[[float], int] = round) -> str:
+        """Write how long so many steps take, as a person would ask for it."""
+        if self._whole:
+            return length_words(n_steps, self.reduction.rate, self.last_frame, rounded)
+        return f"{rounded(round(1000 * n_steps / self.reduction.rate, 6)) / 1000:g} s"
+
+    def _limits(self, end: str = "") -> str:
+        """Say what forbids steps: speeds (those at one end, "up" or "down", where only it counts), and wishes."""
+        if self.wishes and not self.named.names:
+            return self.wishes
+        slowest, fastest = slowest_words(self._upsample), f"{self.max_skip / self._upsample:g}"
+        speeds = {"up": f"speeds up to {fastest}", "down": f"speeds down to {slowest}"}.get(
+            end, f"speeds from {slowest} to {fastest}"
+        )
+        by = f" ({self.named})" if self.named.names else ""
+        return f"{speeds}{by} and {self.wishes}" if self.wishes else f"{speeds}{by}"
+
+    def _better_limits(self, *, finer: bool) -> str | None:
+        """Find a longer step, or a finer upsampling, with which all keytimes can be met."""
+        if self.fits is None or not self.named.names:
+            return None
+        if not finer:
+            enough = least_max_skip(self.reduction.upsamples, self.max_skip, self.fits)
+            return None if enough is None else f"max_skip >= {enough}"
+        need = self._upsample * -(-self.wanted[0] // self._n_offered)
+        for better in range(max(need, self._upsample + 1), 2 * need + 4):
+            for skip in (self.max_skip, min(MAX_STEP, -(-self.max_skip * better // self._upsample))):
+                if self.fits(better, skip):
+                    return f"upsample >= {better}" + (f" with max_skip={skip}" if skip != self.max_skip else "")
+        return None
+
+
 class _Values(TypedDict):
     span: int
     n_input: int
     n_output: int
     max_skip: int
     output_times: tuple[float, ...]
-
-
-def _infeasible(
-    reduction: Reduction,
-    span: int,
-    max_skip: int,
-    wanted: tuple[int, int],
-    possible: _StepCounts,
-    wishes: str,
-    fits: Fits | None,
-    last_frame: float,
-) -> InfeasibleWarpError:
-    before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
-    length, upsample, rate = (
-        reduction.frames[span + 1] - reduction.frames[span],
-        reduction.upsamples[span],
-        reduction.rate,
-    )
-
-    # Where there is no keytime between the ends, the length is what can be changed; it counts the last frame.
-    whole = len(reduction.keytimes) == 2 and last_frame > 0
-
-    def asked(steps: int, rounded: Callable[[float], int]) -> str:
-        if not whole:
-            return f"{rounded(round(1000 * steps / rate, 6)) / 1000:g} s"
-        n_frames = rounded(round(steps / (rate * last_frame), 6)) + 1
-        return f"{n_frames}f ({n_frames * last_frame:.3f} s)"
-
-    least, most = wanted
-    seconds = most / rate if reduction.free else after.output_time - before.output_time
-    seconds += last_frame if whole else 0.0
-    into = f"{most + 1} output frames" if least == most else f"{least + 1} to {most + 1} output frames"
-    where = (
-        f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s ({length + 1} frames at the analysis rate) "
-        f"into {into} ({seconds:.2f} s)"
-    )
-    values: _Values = {
-        "span": span,
-        "n_input": length + 1,
-        "n_output": most + 1,
-        "max_skip": max_skip,
-        "output_times": (before.output_time, after.output_time),
-    }
-    limits = " and ".join([f"max_skip={max_skip}, upsample={upsample}", *([wishes] if wishes else [])])
-    if possible.least is None:
-        return InfeasibleWarpError(f"{where}: {limits} leave no way through. Loosen one.", **values)
-    fewer, more = possible.below(least), possible.above(most)
-    if fewer is None:
-        assert more is not None
-        remedy = f"at least {asked(more, math.ceil)}"
-        # A span may hold too few frames for any path of that length, or its steps may be too short.
-        finer = False
-    elif more is None:
-        remedy = f"at most {asked(fewer, math.floor)}"
-        finer = True
-    else:
-        remedy = f"{asked(fewer, round)} or {asked(more, round)}"
-        finer = False
-    option = None if fits is None else _better_limits(upsample, max_skip, (least, most), length, finer, fits)
-    use = f"Use a length of {remedy}" if whole else f"Put these keytimes {remedy} apart"
-    offered = [use, *([option] if option else []), *([f"loosen {wishes}"] if wishes else [])]
-    return InfeasibleWarpError(
-        f"{where}: {limits} allow {possible.least + 1} to {possible.most + 1}. {', or '.join(offered)}.",
-        **values,
-        min_output=possible.least + 1,
-        max_output=possible.most + 1,
-    )
-
-
-def _better_limits(
-    upsample: int, max_skip: int, wanted: tuple[int, int], length: int, finer: bool, fits: Fits
-) -> str | None:
-    """Find a longer step, or a finer upsampling, with which all keytimes can be met."""
-    if finer:
-        need = upsample * -(-wanted[0] // length)
-        for better in range(max(need, upsample + 1), 2 * need + 4):
-            for skip in (max_skip, min(MAX_STEP, -(-max_skip * better // upsample))):
-                if fits(better, skip):
-                    return f"upsample >= {better}" + (f" with max_skip={skip}" if skip != max_skip else "")
-        return None
-    enough = least_max_skip(upsample, max_skip, fits)
-    return None if enough is None else f"max_skip >= {enough}"
 
 
 def least_max_skip(upsample: int | tuple[int, ...], max_skip: int, fits: Fits) -> int | None:

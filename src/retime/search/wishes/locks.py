@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from retime.checks import real
 from retime.errors import OptionError
 from retime.search.reduction import Reduction, nearest_frame
-from retime.search.wishes.steps import fixed_step, playable, steps_between
+from retime.search.wishes.steps import NOTHING_NAMED, Named, fixed_step, playable, steps_between
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class LockedSpan:
 
 
 def locked_spans(
-    reduction: Reduction, max_skip: int, input_end: float, locks: Sequence[Lock]
+    reduction: Reduction, max_skip: int, input_end: float, locks: Sequence[Lock], *, named: Named = NOTHING_NAMED
 ) -> tuple[LockedSpan, ...]:
     """Find the unrolled frames that locks bind.
 
@@ -96,6 +96,8 @@ def locked_spans(
         Time of the last input frame, seconds.
     locks : sequence of Lock
         In input time.
+    named : Named
+        What messages may call by name.
 
     Returns
     -------
@@ -108,7 +110,7 @@ def locked_spans(
         A lock that leaves the clip, holds a hold, binds nothing, or has a speed that no step plays.
     """
     for i, lock in enumerate(locks):
-        _check_lock(lock, i, reduction, max_skip, input_end)
+        _check_lock(lock, i, reduction, max_skip, input_end, named)
     bound: list[LockedSpan] = []
     places: list[list[int]] = [[] for _ in locks]
     for span in range(len(reduction.keytimes) - 1):
@@ -125,13 +127,15 @@ def locked_spans(
     for i, (lock, lengths) in enumerate(zip(locks, places, strict=True)):
         if not any(lengths):
             why = (
-                f"is shorter than one step at that speed (at {reduction.rate:g} Hz)" if lengths else "is nowhere shown"
+                f"is too short: at that speed one frame of the search, {1000 / reduction.rate:.0f} ms, shows more"
+                if lengths
+                else "is nowhere shown"
             )
             raise OptionError(f"the lock {lock} {why}", option="locks", item=i)
     return tuple(bound)
 
 
-def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, input_end: float) -> None:
+def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, input_end: float, named: Named) -> None:
     """Refuse a lock (`place` of them) that contradicts the clip, a hold between keytimes, or the steps there are."""
     near = 1 / reduction.rate
     if lock.start < -near or lock.end > input_end + near:
@@ -141,16 +145,15 @@ def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, inp
     for before, after in itertools.pairwise(reduction.keytimes):
         if before.input_time == after.input_time and lock.start + 1e-9 < before.input_time < lock.end - 1e-9:
             raise OptionError(
-                f"the lock {lock} holds the hold at input time {before.input_time:g} s: end one lock there, and begin "
-                "another",
+                f"the lock {lock} lies across input time {before.input_time:g} s, where keytimes hold the pose: end "
+                "one lock there, and begin another",
                 option="locks",
                 item=place,
             )
     for span, upsample in enumerate(reduction.upsamples):
         if _place_in_span(reduction, span, lock) and not lock_steps(lock, upsample, max_skip):
             raise OptionError(
-                f"the lock {lock} asks for speeds that upsample={upsample} and max_skip={max_skip} can't play "
-                f"({playable(upsample, max_skip)})",
+                f"the lock {lock} can't be played: {playable(upsample, max_skip, named)}",
                 option="locks",
                 item=place,
             )

@@ -3,16 +3,39 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-# The kernels keep a step in a byte.
-MAX_STEP = 255
+from retime.kernels.steps import MAX_STEP
 
-
+# A step whose speed is so near to a limit has that speed, but for rounding.
 _CLOSE = 1e-6
-
-
-# How far a step may be from a fixed speed that it stands for.
+# A fixed speed may be played by a step that differs from it by this share.
 _NEAR = 0.03
+
+
+@dataclass(frozen=True)
+class Named:
+    """The limits that a person set by name: messages name these, and speak of all others as speeds.
+
+    Attributes
+    ----------
+    upsample, max_skip : int, optional
+        None where it was left out, and chosen.
+    """
+
+    upsample: int | None = None
+    max_skip: int | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Those that are set."""
+        return tuple(name for name in ("upsample", "max_skip") if getattr(self, name) is not None)
+
+    def __str__(self) -> str:
+        return " and ".join(f"{name}={getattr(self, name)}" for name in self.names)
+
+
+NOTHING_NAMED = Named()
 
 
 def fixed_step(speed: float, upsample: int, most: int = MAX_STEP) -> int | None:
@@ -29,7 +52,12 @@ def steps_between(slowest: float, fastest: float, upsample: int, most: int = MAX
     )
 
 
-def playable(upsample: int, max_skip: int) -> str:
-    """Say which speeds steps play, for messages."""
-    least = "1" if upsample == 1 else f"1/{upsample}"
-    return f"they play multiples of {least} up to {max_skip / upsample:g}"
+def slowest_words(upsample: int) -> str:
+    """Write the speed of the shortest step."""
+    return "1" if upsample == 1 else f"1/{upsample}"
+
+
+def playable(upsample: int, max_skip: int, named: Named) -> str:
+    """Say which speeds can be played, for messages."""
+    by = f"with {named} " if named.names else ""
+    return f"{by}speeds are multiples of {slowest_words(upsample)}, up to {max_skip / upsample:g}"

@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 
 from retime.errors import OptionError
+from retime.kernels.steps import MAX_STEP
 from retime.search.wishes.locks import Lock
-from retime.search.wishes.steps import MAX_STEP, fixed_step, steps_between
+from retime.search.wishes.steps import fixed_step, steps_between
 
 MAX_UPSAMPLE = 24
 
@@ -67,9 +68,12 @@ def upsample_for(
             raise OptionError(f"a speed of {speed:g} is beyond what can be played, 1/{MAX_UPSAMPLE} to {MAX_STEP}")
     for low, high in ranges:
         if not any(steps_between(low, high, upsample) for upsample in range(1, MAX_UPSAMPLE + 1)):
-            raise OptionError(f"no step plays between {low:g} and {high:g} times the speed: widen that range")
+            raise OptionError(
+                f"no speed from {low:g} to {high:g} can be played: speeds are fractions with denominators up to "
+                f"{MAX_UPSAMPLE}, and at most {MAX_STEP}. Widen that range"
+            )
     wanted = [*(f"{speed:g}" for speed in fixed), *(f"{low:g} to {high:g}" for low, high in ranges if high < math.inf)]
     raise OptionError(
-        f"no upsampling from {least} to {most} plays all of the wanted speeds {', '.join(wanted)}: choose "
-        "fractions with a common denominator"
+        f"the wanted speeds {', '.join(wanted)} can't all be played in one warp: choose fractions with a common "
+        f"denominator of at most {most}, up to {MAX_STEP}"
     )
