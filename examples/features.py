@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import retime
-from retime.motion.kinematics import flights
+from retime.motion.flights import flights
 from retime.search.keytimes import as_keytimes
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -18,7 +18,8 @@ import pytest
 from retime import read
 from retime.data import SAMPLE
 from retime.motion import rotation
-from retime.motion.kinematics import flights, global_poses
+from retime.motion.flights import flights
+from retime.motion.kinematics import global_poses
 
 ROOT = Path(__file__).resolve().parents[1]
 PHASES = SAMPLE.with_name("sample_phases.json")

@@ -9,7 +9,7 @@ import pytest
 
 from retime import read, read_warp, write
 from retime.cli import demo
-from retime.motion.kinematics import flights
+from retime.motion.flights import flights
 from tests.cli.figures import figure
 
 NAMES = ["sample.bvh", "shorter.bvh", "warp.json", "warp.png", "warp.svg"]

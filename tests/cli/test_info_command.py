@@ -29,7 +29,7 @@ def test_a_motion(run, clips) -> None:
         "up": "y",
         "unit": "not known (flights take a size from the skeleton)",
         "joints": "6, and 3 end sites: Hips, Chest, LeftLeg, LeftFoot, RightLeg, RightFoot",
-        "flights": "1: frames 108:132 (1.80-2.20 s)",
+        "flights": "1: frames 107:133 (1.78-2.22 s)",
         "feet": "2, by name: LeftFoot, RightFoot",
         "mirror": "2 pairs by name: LeftLeg/RightLeg, LeftFoot/RightFoot",
         "parts": "5 of 6 joints known by name; other names match only their like: Chest",

@@ -11,7 +11,8 @@ import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from retime import FormatWarning, read
-from retime.motion.kinematics import flights, global_poses
+from retime.motion.flights import flights
+from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
 
 
@@ -40,17 +41,18 @@ def test_86_01_shortened_to_65_percent_keeps_both_jumps(run, mocap, tmp_path) ->
     jumps = flights(motion)
     assert len(jumps) == 2
     speeds = speeds_in_flight(document, [(first / 120, last / 120) for first, last in jumps])
-    assert [len(steps) for steps in speeds] == [7, 8]
+    assert [len(steps) for steps in speeds] == [11, 13]
     assert all(np.all(steps == 1.0) for steps in speeds)
 
     # What is written jumps as long as what was captured, and walks in less time.
     shorter = read(tmp_path / "shorter.bvh")
     assert (shorter.n_frames, shorter.rate) == (1287, 120)
-    kept = flights(shorter)
+    # (A step that is hurried over may fall as fast as gravity for a moment.)
+    kept = flights(shorter, minimum=0.2)
     assert [last - first for first, last in kept] == pytest.approx([last - first for first, last in jumps], abs=2)
 
     linear = run(*line, "--method", "linear").stdout
-    assert "flights  0 of 2 kept at unit speed; input 5.90-6.15 s at 1.54, 8.12-8.43 s at 1.54\n" in linear
+    assert "flights  0 of 2 kept at unit speed; input 5.88-6.28 s at 1.54, 8.10-8.53 s at 1.54\n" in linear
 
 
 def falling_frames(motion: Motion) -> list[int]:

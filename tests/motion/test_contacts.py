@@ -18,7 +18,8 @@ from retime.errors import InvalidMotionError, OptionError
 from retime.formats.registry import read
 from retime.motion import rotation
 from retime.motion.contacts import Contact, Contacts, Foot, Slip, contacts, slip, slip_of
-from retime.motion.kinematics import flights, metres_per_unit
+from retime.motion.flights import flights
+from retime.motion.kinematics import metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.skeleton import EndSite, Skeleton
 from tests.motion.strategies import skeletons

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,8 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from retime.motion import rotation
 from retime.motion.kinematics import (
-    GRAVITY,
-    flights,
     global_poses,
     heading_positions,
     heading_rotations,
@@ -142,59 +138,3 @@ class TestSize:
 
     def test_a_body_of_no_size_is_measured_in_metres(self) -> None:
         assert metres_per_unit(Motion(Skeleton(("hip",), (-1,), np.ones((1, 3))), rotation.identity(1, 1))) == 1.0
-
-
-class TestFlights:
-    """A stick of 1.6 units of a metre, its hip 0.8 above the ground, moved up and down as a whole."""
-
-    def stick(self, rise: np.ndarray, rate: int = 120, unit: float = 1.0) -> Motion:
-        offsets = np.array([[0.0, 0, 0], [0, 0.8, 0], [0, -0.8, 0]]) / unit
-        body = Skeleton(("hip", "head", "foot"), (-1, 0, 0), offsets)
-        translations = np.broadcast_to(offsets, (len(rise), 3, 3)).copy()
-        translations[:, 0, 1] = (0.8 + rise) / unit
-        rotations = rotation.identity(len(rise), 3)
-        return Motion(body, rotations, translations, Fraction(rate), metres_per_unit=unit)
-
-    def hop(self, rate: int, start: float, speed: float, length: float) -> np.ndarray:
-        """Stand, leave the ground at `start` seconds, fall freely, stand; `length` seconds in all."""
-        times = np.arange(round(length * rate)) / rate - start
-        in_air = (times > 0) & (times < 2 * speed / GRAVITY)
-        return np.where(in_air, speed * times - GRAVITY / 2 * times**2, 0.0)
-
-    @pytest.mark.parametrize("rate", [30, 60, 120])
-    @pytest.mark.parametrize("unit", [1.0, 0.01, 0.0254])
-    def test_a_jump_is_found_within_its_flight(self, rate: int, unit: float) -> None:
-        speed, start = 2.5, 1.0  # half a second in the air
-        (flight,) = flights(self.stick(self.hop(rate, start, speed, 3.0), rate, unit))
-        first, last = start, start + 2 * speed / GRAVITY
-        # Not the ends, where the body is still near the ground; but most of the time between them.
-        assert first < flight[0] / rate < first + 0.1
-        assert last - 0.1 < flight[1] / rate < last
-
-    def test_two_jumps_are_two_flights(self) -> None:
-        rise = np.concatenate([self.hop(120, 1.0, 2.5, 2.0), self.hop(120, 0.3, 3.0, 2.0)])
-        first, second = flights(self.stick(rise))
-        assert first[1] < 240 < second[0]
-
-    def test_standing_sitting_down_and_a_hop_too_low_are_none(self) -> None:
-        assert flights(self.stick(np.zeros(300))) == []
-        assert flights(self.stick(-0.4 * np.linspace(0, 1, 300))) == []
-        assert flights(self.stick(self.hop(120, 1.0, 0.5, 3.0))) == []
-
-    def test_dropping_into_a_crouch_is_none(self) -> None:
-        # The hip and the head fall freely for a quarter of a second, the foot stays.
-        fall = -GRAVITY / 2 * np.clip(np.arange(360) / 120 - 1, 0, 0.25) ** 2
-        motion = self.stick(fall)
-        translations = motion.local_translations.copy()
-        translations[:, 2, 1] -= fall
-        assert flights(Motion(motion.skeleton, motion.rotations, translations, motion.rate, metres_per_unit=1.0)) == []
-
-    def test_being_lifted_is_none(self) -> None:
-        # Up a metre and down again within 2 s, smoothly: off the ground, but not falling freely.
-        times = np.arange(360) / 120
-        rise = np.where((times > 0.5) & (times < 2.5), 0.5 - 0.5 * np.cos(np.pi * (times - 0.5)), 0.0)
-        assert flights(self.stick(rise)) == []
-
-    @pytest.mark.parametrize("n_frames", [1, 2, 3, 7])
-    def test_a_clip_too_short_to_tell_has_none(self, n_frames: int) -> None:
-        assert flights(self.stick(np.zeros(n_frames))) == []

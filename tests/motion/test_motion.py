@@ -14,7 +14,8 @@ from retime.data import sample
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions
 from retime.motion import rotation
-from retime.motion.kinematics import flights, global_poses
+from retime.motion.flights import flights
+from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
 from retime.motion.skeleton import Skeleton
 from tests.motion.strategies import RATES, motions

@@ -9,7 +9,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from retime import guided_warp, read
-from retime.motion.kinematics import flights, global_poses
+from retime.motion.flights import flights
+from retime.motion.kinematics import global_poses
 from retime.server import messages
 from retime.server.messages import BINDINGS
 from tests.server.serving import KEY, serving

@@ -109,8 +109,9 @@ def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
     from retime.formats.registry import format_of
     from retime.motion.contacts import contacts, named_feet
     from retime.motion.first_frames import frames_before_capture
+    from retime.motion.flights import flights
     from retime.motion.joint_names import body_parts, mirror_partners
-    from retime.motion.kinematics import flights, seems_z_up
+    from retime.motion.kinematics import seems_z_up
     from retime.motion.motion import Motion
 
     document: dict[str, Any] = {

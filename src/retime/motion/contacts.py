@@ -287,12 +287,12 @@ def contacts(
     seconds = np.maximum(after - before, 1)[:, None] / rate
     step = points[after] - points[before]
     speeds = np.sqrt(np.einsum("fpc,fpc->fp", step, step)) / seconds
-    swing = -_lowest_around(-speeds, max(1, round(_SWING_WINDOW * rate)))
+    swing = -lowest_around(-speeds, max(1, round(_SWING_WINDOW * rate)))
     reach = max(1, round(_LOW_WINDOW * rate))
 
     def standing(fastest: FloatArray | float) -> BoolArray:
         slow = speeds < fastest
-        places = _lowest_around(np.where(slow, heights, np.inf), reach)
+        places = lowest_around(np.where(slow, heights, np.inf), reach)
         at_rest = slow & (heights <= places + rise) & (heights <= lowest[:, None] * scale + height)
         return _without_flicker(at_rest, gap * rate, max(2.0, minimum * rate))
 
@@ -304,10 +304,10 @@ def contacts(
 def _without_flicker(at_rest: BoolArray, gap: float, least: float) -> BoolArray:
     """Close breaks of `gap` frames or less, then drop what is shorter than `least` frames."""
     for column in at_rest.T:
-        for first, stop in _runs(~column):
+        for first, stop in runs(~column):
             if first > 0 and stop < len(column) and stop - first <= gap:
                 column[first:stop] = True
-        for first, stop in _runs(column):
+        for first, stop in runs(column):
             if stop - first < least:
                 column[first:stop] = False
     return at_rest
@@ -351,7 +351,7 @@ def _points(poses: GlobalPoses, feet: Sequence[Foot]) -> FloatArray:
     return points
 
 
-def _lowest_around(values: FloatArray, reach: int) -> FloatArray:
+def lowest_around(values: FloatArray, reach: int) -> FloatArray:
     """Least of the values (n_frames, ...) within `reach` frames of each, by windows that double in length."""
     width, least = 1, np.pad(values, [(reach, reach), *[(0, 0)] * (values.ndim - 1)], mode="edge")
     while width < 2 * reach + 1:
@@ -361,7 +361,7 @@ def _lowest_around(values: FloatArray, reach: int) -> FloatArray:
     return least
 
 
-def _runs(column: BoolArray) -> list[tuple[int, int]]:
+def runs(column: BoolArray) -> list[tuple[int, int]]:
     """First frame of each run of True, and the frame after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], column.astype(np.int8), [0]])))
     return [(int(first), int(stop)) for first, stop in edges.reshape(-1, 2)]

@@ -1,4 +1,4 @@
-"""Local to global: forward kinematics, torso and heading spaces, flights and contacts."""
+"""Local to global: forward kinematics, torso and heading spaces, size."""
 
 from __future__ import annotations
 
@@ -193,50 +193,3 @@ def metres_per_unit(motion: Motion) -> float:
     # A rest pose may lie along any axis; its longest extent is the height, or the span of the arms, about as long.
     extent = float(np.ptp(np.vstack([rest, *ends]), axis=0).max())
     return 1.7 / extent if extent > 0 else 1.0
-
-
-def flights(motion: Motion, *, clearance: float = 0.05, minimum: float = 0.1) -> list[tuple[int, int]]:
-    """Find the flights of jumps: stretches in which the body falls freely and touches nothing.
-
-    In flight the lowest joint or end site is well off the ground, and the mean height of the joints accelerates
-    downward at more than half of gravity. The ground is the lowest that anything gets within three quarters of a
-    second: captured floors are not level, and stairs are not one floor.
-
-    Parameters
-    ----------
-    motion : Motion
-        Y up; `metres_per_unit` gives its size.
-    clearance : float
-        Metres above the ground.
-    minimum : float
-        Shortest flight, seconds.
-
-    Returns
-    -------
-    list of (int, int)
-        First and last frame of each flight, counted from 0.
-    """
-    rate = float(motion.rate)
-    n_frames = motion.n_frames
-    scale = metres_per_unit(motion)
-    poses = global_poses(motion)
-    heights = np.concatenate([poses.positions[:, :, 1], poses.end_positions[:, :, 1]], axis=1) * scale
-    lowest = heights.min(axis=1)
-    reach = max(1, round(0.75 * rate))
-    padded = np.pad(lowest, reach, mode="edge")
-    ground = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).min(axis=1)
-    # Second difference over a twentieth of a second to either side: capture noise at 120 Hz is larger than gravity.
-    lag = max(1, round(rate / 20))
-    mean = (
-        np.pad(poses.positions[:, :, 1].mean(axis=1) * scale, lag, mode="reflect", reflect_type="odd")
-        if n_frames > lag
-        else None
-    )
-    if mean is None:
-        return []
-    acceleration = (mean[2 * lag :] - 2 * mean[lag:-lag] + mean[: -2 * lag]) * (rate / lag) ** 2
-    free = (lowest - ground > clearance) & (acceleration < -GRAVITY / 2)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(np.int8), [0]])))
-    return [
-        (int(start), int(stop) - 1) for start, stop in edges.reshape(-1, 2) if stop - start >= max(2.0, minimum * rate)
-    ]

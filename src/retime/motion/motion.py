@@ -301,20 +301,20 @@ class Motion:
         positions.setflags(write=False)
         return positions
 
-    def flights(self, *, clearance: float = 0.05, minimum: float = 0.1) -> list[tuple[int, int]]:
-        """Find the flights of jumps: first and last frame of each, counted from 0.
+    def flights(self, *, clearance: float = 0.03, minimum: float = 0.06) -> list[tuple[int, int]]:
+        """Find the flights of jumps, leaps and runs: first and last frame of each, counted from 0.
 
         Parameters
         ----------
         clearance : float
-            Metres above the ground.
+            Metres above the ground that everything gets, at least, at some moment of a flight.
         minimum : float
             Shortest flight, seconds.
 
         Returns
         -------
         list of (int, int)
-            As `retime.motion.kinematics.flights` finds them, which says how.
+            As `retime.motion.flights.flights` finds them, which says how.
 
         Examples
         --------
@@ -322,7 +322,9 @@ class Motion:
         >>> len(retime.sample().flights())
         2
         """
-        return kinematics.flights(self, clearance=clearance, minimum=minimum)
+        from retime.motion.flights import flights
+
+        return flights(self, clearance=clearance, minimum=minimum)
 
     def frames(self, start: int, stop: int) -> Motion:
         """Cut out frames ``start`` to ``stop - 1``, counted from 0.

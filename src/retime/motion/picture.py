@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from retime.arrays import FloatArray
-from retime.motion.kinematics import flights, global_poses
+from retime.motion.flights import flights
+from retime.motion.kinematics import global_poses
 from retime.svg import INKS, Panel, facts_html, stacked, thinned
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 
 from retime.evaluate.metrics import ANALYSIS_RATE, Spans
 from retime.evaluate.metrics.spans import seconds_shown
-from retime.motion.kinematics import flights
+from retime.motion.flights import flights
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.search.result import GuidedWarp
@@ -19,7 +19,7 @@ from retime.warp.curve import Warp
 _UNIT = 1e-6
 
 
-def flight_spans(motion: Motion | Signal | None, *, clearance: float = 0.05) -> tuple[tuple[float, float], ...]:
+def flight_spans(motion: Motion | Signal | None, *, clearance: float = 0.03) -> tuple[tuple[float, float], ...]:
     """Return take-off and landing of every flight, in seconds; none where there is no skeleton.
 
     Parameters
@@ -27,7 +27,7 @@ def flight_spans(motion: Motion | Signal | None, *, clearance: float = 0.05) -> 
     motion : Motion, Signal or None
         The input.
     clearance : float
-        Metres that everything is off the ground, at least (see `retime.motion.kinematics.flights`).
+        Metres that everything gets off the ground, at least (see `retime.motion.flights.flights`).
     """
     if not isinstance(motion, Motion):
         return ()

@@ -83,7 +83,7 @@ def plot_warps(
     left limbs pale. Where a whole row would have no room for the poses of a flight, all rows show an excerpt around the
     take-off of the longest one. Of a `Signal` the rows show the first three channels, each scaled to its own range.
 
-    Flights (`retime.motion.kinematics.flights`) are shaded in every panel: among the speeds along each curve, since
+    Flights (`retime.motion.flights.flights`) are shaded in every panel: among the speeds along each curve, since
     each warp shows them at its own times.
 
     Parameters
