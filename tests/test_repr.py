@@ -34,7 +34,8 @@ def public_dataclasses() -> list[type]:
         value
         for module in modules()
         for value in vars(module).values()
-        if dataclasses.is_dataclass(value)
+        if isinstance(value, type)
+        and dataclasses.is_dataclass(value)
         and value.__module__ == module.__name__
         and not value.__name__.startswith("_")
     ]

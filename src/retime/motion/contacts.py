@@ -20,8 +20,8 @@ from retime.brief import kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions
 from retime.motion.joint_names import body_parts, near_names
-from retime.motion.kinematics import GlobalPoses, global_poses, metres_per_unit
-from retime.motion.motion import Motion
+from retime.motion.kinematics import GlobalPoses, Moving, global_poses, metres_per_unit
+from retime.motion.picture import contacts_html
 from retime.motion.rate import parse_rate
 
 # Seconds to either side. Shorter than a leg's swing, so that on stairs no other step is looked at; longer than it
@@ -121,16 +121,16 @@ class Contacts:
         )
 
     def _repr_html_(self) -> str:
-        from retime.motion.picture import contacts_html
-
-        return contacts_html(self)
+        feet = [f"joint {foot.joint}" if foot.end_site is None else f"end {foot.end_site}" for foot in self.feet]
+        spans = [(span.foot, span.first_frame, span.last_frame) for span in self.spans()]
+        return contacts_html(feet, spans, self.n_frames, float(self.rate))
 
     @property
     def n_frames(self) -> int:
         """Number of frames."""
         return len(self.at_rest)
 
-    def refuse_other(self, motion: Motion) -> None:
+    def refuse_other(self, motion: Moving) -> None:
         """Raise OptionError where these can't be a motion's contacts: they have another number of frames."""
         if self.n_frames != motion.n_frames:
             raise OptionError(
@@ -200,7 +200,7 @@ class Contacts:
 
 
 def contacts(
-    motion: Motion,
+    motion: Moving,
     *,
     feet: Sequence[str] | None = None,
     speed: float = 0.2,
@@ -259,6 +259,7 @@ def contacts(
     A leg that stands for a second, and then swings:
 
     >>> from retime.motion import rotation
+    >>> from retime.motion.motion import Motion
     >>> from retime.motion.skeleton import Skeleton
     >>> leg = Skeleton(("Hips", "LeftFoot"), (-1, 0), np.array([[0.0, 0.8, 0.0], [0.0, -0.7, 0.0]]))
     >>> swing = np.radians(np.concatenate([np.zeros(30), np.arange(15.0) * 4]))
@@ -266,7 +267,7 @@ def contacts(
     >>> contacts(Motion(leg, q, metres_per_unit=1.0)).spans()
     (Contact(foot=0, first_frame=0, last_frame=29),)
     """
-    if not isinstance(motion, Motion):
+    if not isinstance(motion, Moving):
         raise OptionError(f"expected contacts(motion) with a Motion, for feet stand; found {kind_of(motion)}")
     poses = global_poses(motion)
     scale = metres_per_unit(motion)
@@ -327,7 +328,7 @@ def _joints(names: Sequence[str], name: str) -> list[int]:
     return [joint for joint, other in enumerate(names) if other == name]
 
 
-def _lowest_limbs(motion: Motion, poses: GlobalPoses, lowest: FloatArray, scale: float) -> tuple[Foot, ...]:
+def _lowest_limbs(motion: Moving, poses: GlobalPoses, lowest: FloatArray, scale: float) -> tuple[Foot, ...]:
     """Find the ends of limbs that are among the lowest things for a good part of the time."""
     skeleton = motion.skeleton
     found = []
@@ -405,7 +406,7 @@ class Slip:
         return float(self.millimetres.sum())
 
 
-def slip(motion: Motion, contacts: Contacts) -> Slip:
+def slip(motion: Moving, contacts: Contacts) -> Slip:
     """Measure how far feet slide while they stand, and are held: rolling from heel to toe is no slip.
 
     A contact's slip is the greatest distance, along the ground (X and Z), between the place of its foot in the
@@ -428,7 +429,7 @@ def slip(motion: Motion, contacts: Contacts) -> Slip:
     return slip_of(motion, contacts.feet, contacts.where_held().spans())
 
 
-def slip_of(motion: Motion, feet: Sequence[Foot], spans: Sequence[Contact]) -> Slip:
+def slip_of(motion: Moving, feet: Sequence[Foot], spans: Sequence[Contact]) -> Slip:
     """Measure as `slip` does, in given contacts."""
     ground = _points(global_poses(motion), feet)[:, :, [0, 2]] * metres_per_unit(motion)
     slips = np.zeros(len(spans))

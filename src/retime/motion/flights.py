@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.arrays import BoolArray, FloatArray
 from retime.motion.contacts import contacts, lowest_around, runs
-from retime.motion.kinematics import GRAVITY, global_poses, metres_per_unit
-
-if TYPE_CHECKING:
-    # A motion offers its flights as a method: this module looks at motions and never makes one anew.
-    from retime.motion.motion import Motion
+from retime.motion.kinematics import GRAVITY, Moving, global_poses, metres_per_unit
 
 # Seconds to either side in which the ground is looked for: captured floors are not level, and stairs are not one floor.
 _GROUND_WINDOW = 0.75
@@ -35,7 +30,7 @@ _HIDDEN = 0.06
 _LEAST_FALL = 0.02
 
 
-def flights(motion: Motion, *, clearance: float = 0.03, minimum: float = 0.06) -> list[tuple[int, int]]:
+def flights(motion: Moving, *, clearance: float = 0.03, minimum: float = 0.06) -> list[tuple[int, int]]:
     """Find the flights of jumps, hops, leaps and runs: stretches in which the body falls freely and touches nothing.
 
     Where nothing touches the ground, and the mean height of the joints accelerates downward at more than half of

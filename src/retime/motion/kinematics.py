@@ -2,18 +2,56 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.motion import rotation
+from retime.motion.skeleton import Skeleton
 
-if TYPE_CHECKING:
-    # A motion offers what is found here as methods: this module looks at motions and never makes one anew.
-    from retime.motion.motion import Motion
+
+@runtime_checkable
+class Moving(Protocol):
+    """What is read of a motion, here and by what looks for contacts and flights.
+
+    A motion (`retime.motion.motion.Motion`) offers what they find as methods, so they know it by this alone.
+    """
+
+    @property
+    def name(self) -> str:
+        """What to call it in messages."""
+
+    @property
+    def n_frames(self) -> int:
+        """Number of frames."""
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The joints."""
+
+    @property
+    def rotations(self) -> FloatArray:
+        """Local rotations, shape (n_frames, n_joints, 4), wxyz."""
+
+    @property
+    def local_translations(self) -> FloatArray:
+        """Local translations, shape (n_frames, n_joints, 3)."""
+
+    @property
+    def rate(self) -> Fraction:
+        """Frames a second."""
+
+    @property
+    def metres_per_unit(self) -> float | None:
+        """Length of one unit in metres, where known."""
+
+    @property
+    def up(self) -> str:
+        """Which axis of its own coordinates is vertical, "y" or "z"."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +75,7 @@ class GlobalPoses:
     __repr__ = brief_repr
 
 
-def global_poses(motion: Motion) -> GlobalPoses:
+def global_poses(motion: Moving) -> GlobalPoses:
     """Forward kinematics of every frame; Y is up in global space, whatever it is in the motion's own coordinates.
 
     Returns
@@ -55,14 +93,17 @@ def global_poses(motion: Motion) -> GlobalPoses:
     >>> bool(np.allclose(global_poses(turned).positions[0, 1], [0, 1, 0]))
     True
     """
-    skeleton = motion.skeleton
+    return _global_poses(motion.skeleton, motion.rotations, motion.local_translations, motion.up)
+
+
+def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str) -> GlobalPoses:
     # One contiguous row a component: 31 joints of whole-column arithmetic instead of strided fours.
-    local_q = np.ascontiguousarray(motion.rotations.transpose(1, 2, 0))
-    local_p = np.ascontiguousarray(motion.local_translations.transpose(1, 2, 0))
+    local_q = np.ascontiguousarray(rotations.transpose(1, 2, 0))
+    local_p = np.ascontiguousarray(translations.transpose(1, 2, 0))
     q = np.empty_like(local_q)
     p = np.empty_like(local_p)
     q[0], p[0] = local_q[0], local_p[0]
-    if motion.up == "z":
+    if up == "z":
         _multiply_rows(_Z_TO_Y, local_q[0], q[0])
         p[0] = local_p[0][[0, 2, 1]]
         p[0, 2] *= -1.0
@@ -70,7 +111,7 @@ def global_poses(motion: Motion) -> GlobalPoses:
         parent = skeleton.parents[joint]
         _multiply_rows(q[parent], local_q[joint], q[joint])
         _transform_rows(q[parent], p[parent], local_p[joint], p[joint])
-    ends = np.empty((len(skeleton.end_sites), 3, motion.n_frames))
+    ends = np.empty((len(skeleton.end_sites), 3, len(rotations)))
     for i, site in enumerate(skeleton.end_sites):
         offset = np.array(site.offset)[:, None]
         _transform_rows(q[site.parent], p[site.parent], offset, ends[i])
@@ -140,7 +181,7 @@ def heading_positions(poses: GlobalPoses) -> FloatArray:
 _LEAST_RISE = 0.5
 
 
-def rises_along_y(motion: Motion) -> bool:
+def rises_along_y(motion: Moving) -> bool:
     """Tell whether Y can be up: whether the figure is not flat along it, in most of the clip.
 
     What stands along another axis (a Z-up file), or lies down all the time, is flat; a single joint is not.
@@ -154,7 +195,7 @@ def rises_along_y(motion: Motion) -> bool:
     return _rises_along(motion, 1)
 
 
-def seems_z_up(motion: Motion) -> bool:
+def seems_z_up(motion: Moving) -> bool:
     """Tell whether the figure stands along Z and is flat along Y, so that its file may have Z up and not say so.
 
     A figure that lies along Z all the time looks the same: this is for a hint, not for a decision.
@@ -162,15 +203,10 @@ def seems_z_up(motion: Motion) -> bool:
     return motion.up == "y" and not _rises_along(motion, 1) and _rises_along(motion, 2)
 
 
-def _rises_along(motion: Motion, axis: int) -> bool:
+def _rises_along(motion: Moving, axis: int) -> bool:
     every = max(1, motion.n_frames // 64)
-    some = replace(
-        motion,
-        rotations=motion.rotations[::every],
-        translations=motion.local_translations[::every],
-        declared_angles=None,
-    )
-    extents = np.ptp(global_poses(some).positions, axis=1)
+    some = _global_poses(motion.skeleton, motion.rotations[::every], motion.local_translations[::every], motion.up)
+    extents = np.ptp(some.positions, axis=1)
     return bool(np.median(extents[:, axis] - _LEAST_RISE * extents.max(axis=1)) >= 0)
 
 
@@ -178,7 +214,7 @@ GRAVITY = 9.81
 """Metres per second squared."""
 
 
-def metres_per_unit(motion: Motion) -> float:
+def metres_per_unit(motion: Moving) -> float:
     """Length of one unit in metres: the file's own statement, else a guess.
 
     The guess takes the rest skeleton for a person of 1.7 m. It serves for thresholds, not for measurements.

@@ -15,6 +15,7 @@ from retime.brief import brief, brief_repr, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
 from retime.motion import kinematics, rotation
+from retime.motion.picture import pictured_frames, poses_html
 from retime.motion.rate import RateField, RateLike
 from retime.motion.size import LARGEST, size_problem, within_size
 from retime.motion.skeleton import Skeleton
@@ -256,9 +257,23 @@ class Motion:
         return f"Motion({named}{self.n_frames} frames at {self.rate} Hz, {self.skeleton.n_joints} joints)"
 
     def _repr_html_(self) -> str:
-        from retime.motion.picture import motion_html
-
-        return motion_html(self)
+        times = pictured_frames(self.n_frames) / float(self.rate)
+        poses = kinematics.global_poses(self.at(times))
+        named = {"motion": self.name} if self.name else {}
+        return poses_html(
+            np.concatenate([poses.positions, poses.end_positions], axis=1),
+            [*self.skeleton.parents, *(site.parent for site in self.skeleton.end_sites)],
+            times,
+            self.positions[:, 0],
+            {
+                **named,
+                "frames": self.n_frames,
+                "rate": f"{self.rate} Hz",
+                "joints": self.skeleton.n_joints,
+                "up": self.up,
+                "flights": len(self.flights()),
+            },
+        )
 
     @property
     def n_frames(self) -> int:

@@ -14,6 +14,7 @@ from retime.arrays import FloatArray, as_real
 from retime.brief import brief, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
+from retime.motion.picture import channels_html
 from retime.motion.rate import RateField, RateLike, parse_rate
 from retime.motion.size import size_problem, within_size
 
@@ -103,9 +104,9 @@ class Signal:
         return f"Signal({named}{self.n_frames} frames at {self.rate} Hz, {channels})"
 
     def _repr_html_(self) -> str:
-        from retime.motion.picture import signal_html
-
-        return signal_html(self)
+        named = {"signal": self.name} if self.name else {}
+        facts = {**named, "frames": self.n_frames, "rate": f"{self.rate} Hz"}
+        return channels_html(self.values, self.names, float(self.rate), facts)
 
     @property
     def numbered(self) -> bool:

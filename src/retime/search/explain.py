@@ -15,6 +15,7 @@ import numpy as np
 
 from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.errors import MissingExtraError
+from retime.search.explain_picture import explanation_html
 from retime.search.path import FramePath
 from retime.search.reduction import Reduction
 from retime.search.score import Model, ScoreName, matched_frames
@@ -71,9 +72,7 @@ class Explanation:
         return f"Explanation({len(self.output_times)} output frames, {mean}, binding: {', '.join(bound) or 'nothing'})"
 
     def _repr_html_(self) -> str:
-        from retime.search.explain_picture import explanation_html
-
-        return explanation_html(self)
+        return explanation_html(self.output_times, self.scores, self.binding, self.reference_names)
 
     def to_frame(self) -> pd.DataFrame:
         """Return a pandas table: one row an output frame, with the columns of `to_csv`.

@@ -20,7 +20,6 @@ from retime.search.score import Model, ScoreName
 from retime.svg import facts_html, stacked
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
-from retime.warp.picture import warp_html
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,4 +205,4 @@ class GuidedWarp:
             "optimal": "proved" if self.path.optimal else "no",
             "seconds": f"{sum(self.seconds.values()):.3f}",
         }
-        return stacked(warp_html(self.warp), facts_html(facts))
+        return stacked(self.warp._repr_html_(), facts_html(facts))

@@ -28,6 +28,7 @@ from retime.errors import FormatError, InfeasibleWarpError, OptionError, RetimeW
 from retime.files import MOST_BYTES, read_bytes, write_bytes
 from retime.frames import frame_positions
 from retime.strict_json import parse_json
+from retime.warp.picture import warp_html
 
 IntArray = NDArray[np.intp]
 ResampleMethod = Literal["linear", "nearest"]
@@ -563,9 +564,8 @@ class Warp:
         return ""
 
     def _repr_html_(self) -> str:
-        from retime.warp.picture import warp_html
-
-        return warp_html(self)
+        pairs = [(key.output_time, key.input_time) for key in self.keytimes]
+        return warp_html(self.output_times, self.input_times, self.slopes, pairs)
 
     def to_json(self) -> str:
         """Return the warp as a JSON document (format ``retime-warp``, version 1); numbers come back bit for bit."""

@@ -4,26 +4,34 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.svg import Panel, side_by_side, thinned
-
-if TYPE_CHECKING:
-    from retime.warp.curve import Warp
 
 _TICKS = {0.1: "1/10", 0.25: "1/4", 0.5: "1/2", 1.0: "1", 2.0: "2", 4.0: "4", 10.0: "10"}
 
 
-def warp_html(warp: Warp) -> str:
-    """Return a picture of a warp: its speed on a log axis from 1/10 to 10, and its time map."""
-    times, inputs = warp.output_times, warp.input_times
+def warp_html(
+    times: FloatArray, inputs: FloatArray, slopes: FloatArray, keytimes: Iterable[tuple[float, float]]
+) -> str:
+    """Return a picture of a warp: its speed on a log axis from 1/10 to 10, and its time map.
+
+    Parameters
+    ----------
+    times, inputs : float arrays, shape (n_knots,)
+        Output and input times of its knots, seconds.
+    slopes : float array, shape (n_knots - 1,)
+        Playback speeds between them.
+    keytimes : iterable of (float, float)
+        Output and input time of each keytime.
+    """
     kept = thinned(len(times))
     speed = Panel("playback speed", times[0], times[-1], -1.0, 1.0)
     for value, label in _TICKS.items():
         speed.rule(math.log10(value), label, strong=value == 1.0)
-    slopes = warp.slopes
     # A log axis has no place for holds and reversals: they run along its lower edge.
     level = np.log10(np.clip(slopes, 0.1, 10.0))
     pieces = np.unique(np.concatenate([[0], np.flatnonzero(np.abs(np.diff(level)) > 1e-4) + 1, [len(level)]]))
@@ -37,6 +45,6 @@ def warp_html(warp: Warp) -> str:
     for value in (low, high):
         time_map.rule(value, f"{value:.3g}")
     time_map.line(times[kept], inputs[kept])
-    for key in warp.keytimes:
-        time_map.dot(key.output_time, key.input_time)
+    for output_time, input_time in keytimes:
+        time_map.dot(output_time, input_time)
     return side_by_side(speed.svg(), time_map.svg())

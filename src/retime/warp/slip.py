@@ -11,6 +11,15 @@ from retime.motion.contacts import contacts as find_contacts
 from retime.motion.motion import Motion
 from retime.warp.apply import check_seam, compare_ranges, resampled
 from retime.warp.curve import WarpLike, as_warp, output_frame_times
+from retime.warp.slip_picture import slip_html
+
+# What the measurements of a report are called in its picture.
+_LABELS = {
+    "input": "input",
+    "unaveraged": "no averaging",
+    "plain": "all averaged",
+    "contact_aware": "feet exempt",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +46,8 @@ class SlipReport:
         return f"SlipReport({len(self.input.contacts)} contacts, mean slip in mm{guessed}: {means})"
 
     def _repr_html_(self) -> str:
-        from retime.warp.slip_picture import slip_html
-
-        return slip_html(self)
+        slips = {_LABELS[name]: (each.mean, each.largest) for name, each in self._measured()}
+        return slip_html(slips, len(self.input.contacts), guessed=self.input.size_guessed)
 
     def _measured(self) -> list[tuple[str, Slip]]:
         return [(field.name, getattr(self, field.name)) for field in fields(self)]
