@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 
 from retime.brief import kind_of
 from retime.errors import FormatError, MissingExtraError, MissingPageError, OptionError
+from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.from_memory import file_of
@@ -34,7 +34,6 @@ except ImportError as error:
     raise MissingExtraError("the editor in a notebook", package=error.name or "anywidget", extra="notebook") from error
 
 AnyPath = str | PathLike[str]
-Clip = Motion | Signal
 AnyFile = TypeVar("AnyFile", ClipFile, ReferenceFile)
 
 # A cell that is run again shows what it showed before: a document is open once in this process.
@@ -135,8 +134,8 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
 
 
 def edit(
-    *clips: AnyPath | Clip,
-    reference: AnyPath | Clip | Sequence[AnyPath | Clip] = (),
+    *clips: AnyPath | AnyMotion,
+    reference: AnyPath | AnyMotion | Sequence[AnyPath | AnyMotion] = (),
     project: AnyPath | None = None,
     height: int = 720,
 ) -> EditorWidget:
@@ -175,7 +174,7 @@ def edit(
         loop = asyncio.get_running_loop()
     except RuntimeError:
         raise OptionError("the editor's widget needs a notebook; elsewhere use retime edit") from None
-    several = [reference] if isinstance(reference, str | PathLike | Motion | Signal) else list(reference)
+    several = [reference] if isinstance(reference, str | PathLike | AnyMotion) else list(reference)
     if not clips and project is None:
         raise OptionError("name a clip to edit, or a project")
     files, references = [_path_of(clip) for clip in clips], [_path_of(clip) for clip in several]
@@ -205,8 +204,8 @@ def edit(
     return EditorWidget(shared, height=height)
 
 
-def _path_of(clip: AnyPath | Clip) -> Path:
-    if isinstance(clip, Motion | Signal):
+def _path_of(clip: AnyPath | AnyMotion) -> Path:
+    if isinstance(clip, AnyMotion):
         return file_of(clip, state_folder() / "notebook")
     if isinstance(clip, str | PathLike):
         return Path(clip)

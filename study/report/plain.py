@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from retime.motion.motion import Motion
-from retime.motion.signal import Signal
+from retime.motion.any_motion import AnyMotion
 from retime.search.result import GuidedWarp
 from retime.warp.curve import Warp
 
@@ -21,7 +20,7 @@ def plain(value: Any) -> Any:
     Motions and signals become their names and sizes, warps their knots' counts and ends; numbers that are not finite
     become null.
     """
-    if isinstance(value, Motion | Signal):
+    if isinstance(value, AnyMotion):
         return {"name": value.name, "n_frames": value.n_frames, "rate": str(value.rate)}
     if isinstance(value, Warp):
         return {"method": value.method, "seconds": value.output_span, "n_knots": len(value.output_times)}

@@ -7,8 +7,8 @@ import warnings
 import numpy as np
 
 from retime.errors import RetimeWarning
+from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 
 # Such frames are one, or a few; and one that many joints leave by this many degrees is no frame of a movement,
 _MOST_FRAMES = 3
@@ -50,7 +50,7 @@ def _before_capture(motion: Motion) -> tuple[int, float, float]:
     return jump + 1, float(steps[jump]), most
 
 
-def hint_at_first_frames(clip: Motion | Signal, *, reference: bool = False) -> None:
+def hint_at_first_frames(clip: AnyMotion, *, reference: bool = False) -> None:
     """Warn where the first frames seem to be no part of the movement, and say how to leave them out.
 
     Parameters

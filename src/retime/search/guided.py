@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
+from retime.motion.any_motion import AnyMotion
 from retime.search import options
-from retime.search.inputs import Clip
 from retime.search.options import FreeWeight, SearchName
 from retime.search.poses.references import Reference
 from retime.search.poses.spaces import PoseOptions, PoseSpace
@@ -18,9 +18,9 @@ from retime.search.wishes.locks import Lock
 
 
 def guided_warp(
-    motion: Clip | ArrayLike | Sequence[Clip],
+    motion: AnyMotion | ArrayLike | Sequence[AnyMotion],
     *,
-    reference: Clip | ArrayLike | Reference | Sequence[Clip | Reference] | None = None,
+    reference: AnyMotion | ArrayLike | Reference | Sequence[AnyMotion | Reference] | None = None,
     length: str | float | None = None,
     min_length: str | float | None = None,
     max_length: str | float | None = None,

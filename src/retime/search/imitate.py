@@ -11,7 +11,7 @@ import numpy as np
 
 from retime.brief import kind_of
 from retime.errors import OptionError
-from retime.motion.motion import Motion
+from retime.motion.any_motion import AnyMotion
 from retime.motion.signal import Signal
 from retime.search.grid import DEFAULT_MAX_SKIP, usual_upsample
 from retime.search.guided import guided_warp
@@ -27,7 +27,7 @@ _MOST_UPSAMPLE, _MOST_SKIP = 16, 48
 
 
 def imitate(
-    motion: Motion | Signal,
+    motion: AnyMotion,
     example: tuple[int, int],
     hand: WarpLike,
     *,
@@ -77,7 +77,7 @@ def imitate(
     >>> round(float(np.median(slow.warp.slopes)), 2)
     0.5
     """
-    if not isinstance(motion, Motion | Signal):
+    if not isinstance(motion, AnyMotion):
         raise OptionError(
             f"expected imitate(motion, (start, stop), warp) with a motion or a signal, found {kind_of(motion)}"
         )
@@ -95,7 +95,7 @@ def imitate(
             "from their first"
         )
     shown = replace(stretch, name=f"{motion.name or 'the clip'} by hand")
-    retimed: Motion | Signal
+    retimed: AnyMotion
     # A call for each kind of clip, of which apply_warp gives back the same.
     if isinstance(shown, Signal):
         retimed = apply_warp(shown, hand, average=False)

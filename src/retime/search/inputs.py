@@ -11,20 +11,18 @@ from numpy.typing import ArrayLike
 from retime.arrays import as_real
 from retime.brief import kind_of
 from retime.errors import OptionError
-from retime.motion.motion import Motion
+from retime.motion.any_motion import AnyMotion
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal, numbered_names
 from retime.search.poses.references import Reference
 
-Clip = Motion | Signal
-
 
 def as_clips(
-    motion: Clip | ArrayLike | Sequence[Clip | Reference] | None,
+    motion: AnyMotion | ArrayLike | Sequence[AnyMotion | Reference] | None,
     rate: float | str | None = None,
     *,
     what: str = "the array",
-) -> tuple[Clip, ...]:
+) -> tuple[AnyMotion, ...]:
     """Take a motion, a signal, an array of numbers, or several clips that move together.
 
     Parameters
@@ -41,10 +39,10 @@ def as_clips(
     OptionError
         An array with no rate, or nothing at all.
     """
-    if isinstance(motion, Motion | Signal):
+    if isinstance(motion, AnyMotion):
         return (motion,)
-    if isinstance(motion, Sequence) and motion and all(isinstance(clip, Motion | Signal) for clip in motion):
-        return tuple(clip for clip in motion if isinstance(clip, Motion | Signal))
+    if isinstance(motion, Sequence) and motion and all(isinstance(clip, AnyMotion) for clip in motion):
+        return tuple(clip for clip in motion if isinstance(clip, AnyMotion))
     try:
         values = as_real(cast(ArrayLike, motion), what, error=OptionError)
     except OptionError:
@@ -65,7 +63,7 @@ def as_clips(
 
 
 def as_references(
-    reference: Clip | ArrayLike | Reference | Sequence[Clip | Reference] | None,
+    reference: AnyMotion | ArrayLike | Reference | Sequence[AnyMotion | Reference] | None,
     n_clips: int,
     rate: float | str | None,
 ) -> list[Reference]:

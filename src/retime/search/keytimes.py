@@ -13,23 +13,22 @@ import numpy as np
 
 from retime.brief import kind_of
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
+from retime.motion.any_motion import AnyMotion
 from retime.motion.grammar import factor_hint, parse_length, parse_speed, parse_time, read_key
-from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, check_speed
 
 # A length this many times shorter than the input may have been meant as a factor.
 _HARDLY_MEANT = 8
 
 
-def refuse_single_frame(motion: Motion | Signal) -> None:
+def refuse_single_frame(motion: AnyMotion) -> None:
     """Raise OptionError where a clip has one frame."""
     if motion.n_frames < 2:
         raise OptionError(f"{motion.name or 'the input'} has one frame: there is no timing to change", option="motion")
 
 
 def as_keytimes(
-    motion: Motion | Signal, length: str | float | None, keys: Sequence[str | Sequence[float | str | None] | Keytime]
+    motion: AnyMotion, length: str | float | None, keys: Sequence[str | Sequence[float | str | None] | Keytime]
 ) -> tuple[Keytime, ...]:
     """Turn a length and keys as people write them into keytimes, ends included.
 
@@ -97,7 +96,7 @@ def as_keytimes(
 
 
 @contextlib.contextmanager
-def asking_for_a_share(motion: Motion | Signal, length: str | float | None) -> Iterator[None]:
+def asking_for_a_share(motion: AnyMotion, length: str | float | None) -> Iterator[None]:
     """Ask, where a bare length such as 0.65 (seconds) leaves hardly anything of the input, whether 65 % was meant.
 
     Nobody who meant the seconds is stopped: an error gets the question added, and success a warning.

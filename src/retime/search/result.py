@@ -9,12 +9,12 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.errors import OptionError
+from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts
 from retime.motion.signal import Signal
 from retime.search.explain import Explanation, explain_path
 from retime.search.path import FramePath
 from retime.search.plan import SearchPlan
-from retime.search.poses.counterparts import Clip
 from retime.search.reduction import Reduction
 from retime.search.score import Model, ScoreName
 from retime.svg import facts_html, stacked
@@ -75,7 +75,7 @@ class GuidedWarp:
     time_scale: float
     low_pass: float
     score: ScoreName
-    clips: tuple[Clip, ...]
+    clips: tuple[AnyMotion, ...]
     loop: bool = False
     excess: float | None = None
     seconds: dict[str, float] = field(default_factory=dict)
@@ -127,12 +127,12 @@ class GuidedWarp:
 
     def apply(
         self,
-        motion: Clip | None = None,
+        motion: AnyMotion | None = None,
         *,
         average: bool = True,
         contacts: Contacts | Literal["find"] | None = "find",
         keep_root_path: bool = True,
-    ) -> Clip:
+    ) -> AnyMotion:
         """Show the input, or another clip, with the timing that was found: `retime.apply_warp`.
 
         Parameters

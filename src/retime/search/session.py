@@ -20,11 +20,12 @@ from retime.arrays import FloatArray, IntArray, as_real
 from retime.brief import kind_of
 from retime.checks import real
 from retime.errors import OptionError
+from retime.motion.any_motion import AnyMotion
 from retime.motion.first_frames import hint_at_first_frames
 from retime.motion.grammar import parse_length, parse_speed, parse_speeds, read_lock
 from retime.motion.rate import parse_rate
 from retime.search import options
-from retime.search.inputs import Clip, as_clips, as_references
+from retime.search.inputs import as_clips, as_references
 from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes, refuse_single_frame
 from retime.search.methods.exact import PathTask, exact_path
 from retime.search.methods.heuristic import COARSE_RATE, heuristic_path
@@ -70,9 +71,9 @@ class Session:
 
     def __init__(
         self,
-        motion: Clip | ArrayLike | Sequence[Clip],
+        motion: AnyMotion | ArrayLike | Sequence[AnyMotion],
         *,
-        reference: Clip | ArrayLike | Reference | Sequence[Clip | Reference] | None = None,
+        reference: AnyMotion | ArrayLike | Reference | Sequence[AnyMotion | Reference] | None = None,
         **given: Any,
     ) -> None:
         clock = Clock()

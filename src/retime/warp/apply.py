@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from retime.arrays import FloatArray
 from retime.brief import kind_of
 from retime.errors import OptionError, RetimeWarning
+from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts
 from retime.motion.contacts import contacts as find_contacts
 from retime.motion.motion import Motion
@@ -26,19 +27,20 @@ from retime.warp.averaging import (
 )
 from retime.warp.curve import Warp, WarpLike, as_warp, output_frame_times
 
-AnyMotion = TypeVar("AnyMotion", Motion, Signal)
+# What is retimed stays what it is.
+Retimed = TypeVar("Retimed", Motion, Signal)
 
 
 @overload
 def apply_warp(
-    motion: AnyMotion,
+    motion: Retimed,
     warp: WarpLike,
     *,
     average: bool = True,
     contacts: Contacts | Literal["find"] | None = "find",
     keep_root_path: bool = True,
     loop: bool = False,
-) -> AnyMotion: ...
+) -> Retimed: ...
 
 
 @overload
@@ -48,7 +50,7 @@ def apply_warp(
 
 
 def apply_warp(
-    motion: Motion | Signal | ArrayLike,
+    motion: AnyMotion | ArrayLike,
     warp: WarpLike,
     *,
     average: bool = True,
@@ -56,7 +58,7 @@ def apply_warp(
     keep_root_path: bool = True,
     loop: bool = False,
     rate: RateLike | None = None,
-) -> Motion | Signal | FloatArray:
+) -> AnyMotion | FloatArray:
     """Show a motion with a warp's timing, at the motion's own rate (§3.4).
 
     Rotations are slerped, everything else is interpolated linearly. Where the warp plays faster than life by c,
@@ -140,13 +142,13 @@ def apply_warp(
 
 
 def resampled(
-    motion: AnyMotion,
+    motion: Retimed,
     warp: Warp,
     average: bool,
     contacts: Contacts | Literal["find"] | None,
     keep_root_path: bool,
     loop: bool,
-) -> AnyMotion:
+) -> Retimed:
     """Do what `apply_warp` says, without its warnings."""
     output_times = output_frame_times(warp, float(motion.rate))
     input_times = warp(output_times)
@@ -176,7 +178,7 @@ def resampled(
     )
 
 
-def compare_ranges(motion: Motion | Signal, warp: Warp) -> None:
+def compare_ranges(motion: AnyMotion, warp: Warp) -> None:
     """Warn where the warp and the motion don't cover the same input times, half a frame aside."""
     problem = warp.range_problem(motion.end_time, float(motion.rate), motion.name or "the motion")
     if problem:

@@ -11,9 +11,9 @@ import numpy as np
 from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.motion import rotation
+from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
 # Half-widths (in frames) up to this are none: a warp's times are rounded.
@@ -120,7 +120,7 @@ class Windows:
 
 
 def windows_of(
-    motion: Motion | Signal, warp: Warp, output_times: FloatArray, input_times: FloatArray, *, loop: bool
+    motion: AnyMotion, warp: Warp, output_times: FloatArray, input_times: FloatArray, *, loop: bool
 ) -> Windows:
     """Size the windows of all output frames by the warp's speed."""
     rate, last = float(motion.rate), motion.n_frames - 1

@@ -9,9 +9,9 @@ import numpy as np
 
 from retime.evaluate.metrics import ANALYSIS_RATE, Spans
 from retime.evaluate.metrics.spans import seconds_shown
+from retime.motion.any_motion import AnyMotion
 from retime.motion.flights import flights
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.search.result import GuidedWarp
 from retime.warp.curve import Warp
 
@@ -19,7 +19,7 @@ from retime.warp.curve import Warp
 _UNIT = 1e-6
 
 
-def flight_spans(motion: Motion | Signal | None, *, clearance: float = 0.03) -> tuple[tuple[float, float], ...]:
+def flight_spans(motion: AnyMotion | None, *, clearance: float = 0.03) -> tuple[tuple[float, float], ...]:
     """Return take-off and landing of every flight, in seconds; none where there is no skeleton.
 
     Parameters

@@ -9,17 +9,17 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.errors import OptionError
 from retime.evaluate.metrics import ANALYSIS_RATE
+from retime.motion.any_motion import AnyMotion
 from retime.motion.kinematics import metres_per_unit
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.search.options import default_of
 from retime.search.poses.references import Reference, model_poses
 from retime.search.poses.spaces import PoseOptions, PoseSpace, timing_features
 
 
 def timing_distance(
-    motion: Motion | Signal,
-    reference: Motion | Signal | Reference,
+    motion: AnyMotion,
+    reference: AnyMotion | Reference,
     *,
     features: PoseSpace | PoseOptions | None = None,
     rate: float = ANALYSIS_RATE,

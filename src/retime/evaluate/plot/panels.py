@@ -14,6 +14,7 @@ from retime.evaluate.plot import style
 from retime.evaluate.plot.stick_figure import HEAD_RADIUS, FigureView, view_of
 from retime.evaluate.plot.strip import Row, Strip, in_flight
 from retime.evaluate.plot.style import Pen, shown
+from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.warp.curve import Keytime, Warp
@@ -224,7 +225,7 @@ def draw_map(axes: Axes, warps: Warps, pens: Pens, flights: Times, keytimes: Seq
     axes.set(xlabel="output time (s)", ylabel="input time (s)")
 
 
-def draw_strip(rows: Sequence[Axes], strip: Strip, motion: Motion | Signal, *, size: tuple[float, float]) -> None:
+def draw_strip(rows: Sequence[Axes], strip: Strip, motion: AnyMotion, *, size: tuple[float, float]) -> None:
     """Poses, or a signal's values, at even output times: one of `rows` for each row of the strip.
 
     `size` is that of each of the axes, in inches.

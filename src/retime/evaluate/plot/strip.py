@@ -10,8 +10,8 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.evaluate.metrics.spans import output_intervals
+from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
 DEFAULT_N_POSES = 34
@@ -95,7 +95,7 @@ def in_flight(output_times: FloatArray, intervals: tuple[tuple[float, float], ..
 
 
 def plan_strip(
-    motion: Motion | Signal,
+    motion: AnyMotion,
     warps: Mapping[str, Warp],
     found: tuple[tuple[float, float], ...],
     n_poses: int = DEFAULT_N_POSES,

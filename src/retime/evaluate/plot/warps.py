@@ -19,7 +19,7 @@ from retime.evaluate.plot.reasons import draw_reasons, most_score, reasons_heigh
 from retime.evaluate.plot.strip import DEFAULT_N_POSES, Strip, plan_strip
 from retime.evaluate.plot.style import GREY, PLOT_SUFFIXES, STYLE, pens_for, shown
 from retime.files import write_bytes
-from retime.motion.motion import Motion
+from retime.motion.any_motion import AnyMotion
 from retime.motion.signal import Signal
 from retime.search.explain import Explanation
 from retime.warp.curve import Keytime, KeytimeLike, Warp, WarpLike, keytimes_of
@@ -51,7 +51,7 @@ Panel = Literal["speed", "map"]
 def plot_warps(
     warps: WarpLike | Mapping[str, WarpLike] | Sequence[WarpLike],
     *,
-    motion: Motion | Signal | None = None,
+    motion: AnyMotion | None = None,
     path: str | PathLike[str] | None = None,
     keytimes: Sequence[KeytimeLike] | None = None,
     title: str = "",
@@ -144,7 +144,7 @@ def plot_warps(
     named = name_warps(warps, "plot_warps({name: warp})")
     if whole(n_poses, "n_poses") < 2:
         raise OptionError(f"a strip needs 2 poses or more, found n_poses={n_poses}")
-    if not (motion is None or isinstance(motion, Motion | Signal)):
+    if not (motion is None or isinstance(motion, AnyMotion)):
         raise OptionError(f"expected plot_warps(warps, motion=...) with a motion or a signal, found {kind_of(motion)}")
     if not (explanation is None or isinstance(explanation, Explanation)):
         raise OptionError(f"an explanation is what result.explain() returns, found {kind_of(explanation)}")
@@ -176,7 +176,7 @@ def plot_warps(
 
 def plot_with_baselines(
     warp: Warp,
-    motion: Motion | Signal,
+    motion: AnyMotion,
     *,
     method: str,
     explanation: Explanation | None,
@@ -232,7 +232,7 @@ def _rendered(figure: Figure, kind: str) -> bytes:
 
 
 def _draw_panel(
-    ax: Axes, panel: Panel, warps: dict[str, Warp], motion: Motion | Signal | None, keytimes: Sequence[Keytime] | None
+    ax: Axes, panel: Panel, warps: dict[str, Warp], motion: AnyMotion | None, keytimes: Sequence[Keytime] | None
 ) -> Figure:
     """Draw one panel on axes that somebody has; return their figure."""
     if keytimes is None:
@@ -256,7 +256,7 @@ def _keytimes_of(warps: Mapping[str, Warp]) -> list[Keytime]:
 def _draw(
     new_figure: type[Figure],
     warps: dict[str, Warp],
-    motion: Motion | Signal | None,
+    motion: AnyMotion | None,
     keytimes: Sequence[Keytime] | None,
     title: str,
     n_poses: int,
@@ -322,7 +322,7 @@ def _draw(
     return figure
 
 
-def _strip_heading(strip: Strip, motion: Motion | Signal, flights: bool) -> tuple[str, str]:
+def _strip_heading(strip: Strip, motion: AnyMotion, flights: bool) -> tuple[str, str]:
     every = f"every {_brief(strip.step)} s of output"
     if isinstance(motion, Signal):
         return f"Values {every}", "each channel scaled to its own range"
@@ -338,7 +338,7 @@ def _brief(seconds: float) -> str:
     return f"{seconds:.2f}" if seconds >= 0.05 else f"{seconds:.2g}"
 
 
-def _summary(warps: Mapping[str, Warp], motion: Motion | Signal | None, flights: bool) -> str:
+def _summary(warps: Mapping[str, Warp], motion: AnyMotion | None, flights: bool) -> str:
     parts = [] if motion is None else [f"input {_brief(motion.duration)} s"]
     for label, warp in warps.items():
         # A warp has no frames: how long its output is shown, the last frame included, is known with a clip only.

@@ -10,6 +10,7 @@ import numpy as np
 
 from retime.brief import brief_repr
 from retime.errors import OptionError
+from retime.motion.any_motion import AnyMotion
 from retime.motion.joint_names import JointMatch, match_joints, mirror_partners, near_names, shorten, take_apart
 from retime.motion.kinematics import GlobalPoses, global_poses
 from retime.motion.motion import Motion
@@ -36,7 +37,6 @@ from retime.search.poses.spaces import (
     space_joints,
 )
 
-Clip = Motion | Signal
 # Joints that must be matched before two skeletons can be laid over each other.
 _LEAST_MATCHED = 3
 # Rest offsets that differ by less, as a share of the longest, are those of one skeleton.
@@ -47,7 +47,7 @@ _SAME_REST = 1e-6
 class Counterpart:
     """What one clip of the input is compared with."""
 
-    clip: Clip
+    clip: AnyMotion
     joint_map: Mapping[str, str]
     mirror: bool
     label: str
@@ -82,12 +82,12 @@ class Column:
     __repr__ = brief_repr
 
 
-def clip_names(clip: Clip) -> tuple[str, ...]:
+def clip_names(clip: AnyMotion) -> tuple[str, ...]:
     """Names of a clip's joints or channels."""
     return clip.skeleton.names if isinstance(clip, Motion) else clip.names
 
 
-def describe(clip: Clip, others: Sequence[Counterpart], options: PoseOptions, unit: float) -> Column:
+def describe(clip: AnyMotion, others: Sequence[Counterpart], options: PoseOptions, unit: float) -> Column:
     """Describe a clip of the input and its counterparts by the same numbers.
 
     Parameters
@@ -309,7 +309,7 @@ def _in_input_order(placed: GlobalPoses, fit: SkeletonFit, n_joints: int) -> Glo
     return GlobalPoses(positions, placed.rotations, placed.end_positions)
 
 
-def _in_order_of(clip: Motion, other: Clip) -> Clip:
+def _in_order_of(clip: Motion, other: AnyMotion) -> AnyMotion:
     """Put a motion's joints into the order that another's have, where they are the same by all names from the root."""
     if not isinstance(other, Motion) or (other.skeleton.names, other.skeleton.parents) == (
         clip.skeleton.names,

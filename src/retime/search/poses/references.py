@@ -18,10 +18,11 @@ from retime.arrays import FloatArray, IntArray
 from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
+from retime.motion.any_motion import AnyMotion
 from retime.motion.joint_names import JointMatch, near_names
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.search.poses.counterparts import Clip, Counterpart, clip_names, describe
+from retime.search.poses.counterparts import Counterpart, clip_names, describe
 from retime.search.poses.spaces import PoseOptions, PoseSpace, Track, as_pose_options
 
 
@@ -56,7 +57,7 @@ class Reference:
     'pan'
     """
 
-    motion: Clip | Sequence[Clip]
+    motion: AnyMotion | Sequence[AnyMotion]
     weight: float = 1.0
     mirror: bool = False
     joint_map: Mapping[str, str] = field(default_factory=dict)
@@ -76,7 +77,7 @@ class Reference:
         object.__setattr__(self, "joint_map", dict(self.joint_map))
 
     @property
-    def clips(self) -> tuple[Clip, ...]:
+    def clips(self) -> tuple[AnyMotion, ...]:
         """The motions of the group; one, where it is none."""
         return _as_group(self.motion)
 
@@ -177,7 +178,7 @@ class ModelPoses:
 
 
 def model_poses(
-    input_motion: Clip | Sequence[Clip],
+    input_motion: AnyMotion | Sequence[AnyMotion],
     references: Sequence[Reference] = (),
     options: PoseOptions | PoseSpace | Sequence[PoseOptions] | None = None,
 ) -> ModelPoses:
@@ -260,19 +261,19 @@ def model_poses(
     return ModelPoses(PoseTracks(tuple(column.track for column in columns), name), tuple(found))
 
 
-def _as_group(motion: Clip | Sequence[Clip]) -> tuple[Clip, ...]:
-    if not isinstance(motion, Motion | Signal | Sequence) or isinstance(motion, str):
+def _as_group(motion: AnyMotion | Sequence[AnyMotion]) -> tuple[AnyMotion, ...]:
+    if not isinstance(motion, AnyMotion | Sequence) or isinstance(motion, str):
         raise OptionError(f"expected a motion, a signal, or several of them; found {kind_of(motion)}")
-    clips = (motion,) if isinstance(motion, Motion | Signal) else tuple(motion)
+    clips = (motion,) if isinstance(motion, AnyMotion) else tuple(motion)
     if not clips:
         raise OptionError("a group needs at least one clip")
     for clip in clips:
-        if not isinstance(clip, Motion | Signal):
+        if not isinstance(clip, AnyMotion):
             raise OptionError(f"a group is made of motions and signals, found {type(clip).__name__}")
     return clips
 
 
-def _check_durations(clips: Sequence[Clip], whose: str, reference: int | None = None) -> None:
+def _check_durations(clips: Sequence[AnyMotion], whose: str, reference: int | None = None) -> None:
     """Refuse a group whose clips don't last alike, within half a frame of the slowest.
 
     At different rates clips may be as long as one another, or have their last frames at one time: either will do.
@@ -290,7 +291,7 @@ def _check_durations(clips: Sequence[Clip], whose: str, reference: int | None = 
         )
 
 
-def _units_per_unit(first: Clip, clip: Clip) -> float:
+def _units_per_unit(first: AnyMotion, clip: AnyMotion) -> float:
     """How long a clip's unit is in the first one's, where both are known."""
     units = [of.metres_per_unit if isinstance(of, Motion) else None for of in (first, clip)]
     if clip is first or units[0] is None or units[1] is None:
@@ -299,7 +300,7 @@ def _units_per_unit(first: Clip, clip: Clip) -> float:
 
 
 def _options_of_clips(
-    clips: Sequence[Clip], options: PoseOptions | PoseSpace | Sequence[PoseOptions] | None
+    clips: Sequence[AnyMotion], options: PoseOptions | PoseSpace | Sequence[PoseOptions] | None
 ) -> list[PoseOptions]:
     """Give each clip its options; of one for all, each takes what it has joints for."""
     if isinstance(options, Sequence) and not isinstance(options, str):
@@ -337,7 +338,7 @@ def _options_of_clips(
     return result
 
 
-def _maps_of_clips(clips: Sequence[Clip], reference: Reference, place: int) -> list[dict[str, str]]:
+def _maps_of_clips(clips: Sequence[AnyMotion], reference: Reference, place: int) -> list[dict[str, str]]:
     """Give each clip of a group the part of the joint map that names its joints."""
     everyone = {name for clip in clips for name in clip_names(clip)}
     for name in reference.joint_map:

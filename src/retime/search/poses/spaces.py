@@ -19,6 +19,7 @@ from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
 from retime.frames import frame_positions
+from retime.motion.any_motion import AnyMotion
 from retime.motion.joint_names import near_names
 from retime.motion.kinematics import GlobalPoses, global_poses, heading_positions, rises_along_y, torso_positions
 from retime.motion.motion import Motion
@@ -94,7 +95,7 @@ def as_pose_options(options: PoseOptions | PoseSpace | None) -> PoseOptions:
     return options if isinstance(options, PoseOptions) else PoseOptions(options)
 
 
-def pose_vectors(motion: Motion | Signal, options: PoseOptions | PoseSpace | None = None) -> FloatArray:
+def pose_vectors(motion: AnyMotion, options: PoseOptions | PoseSpace | None = None) -> FloatArray:
     """Describe each frame's pose by a vector of numbers.
 
     Parameters
@@ -123,7 +124,7 @@ def pose_vectors(motion: Motion | Signal, options: PoseOptions | PoseSpace | Non
     return joint_vectors(global_poses(motion), motion.skeleton.names, chosen, space, options)
 
 
-def pose_space(motion: Motion | Signal, options: PoseOptions) -> str:
+def pose_space(motion: AnyMotion, options: PoseOptions) -> str:
     """Say which pose space is meant; raise OptionError where it is not one for this kind of motion."""
     if isinstance(motion, Signal):
         if options.space not in (None, "signal"):
