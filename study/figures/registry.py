@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +15,12 @@ from retime.evaluate.metrics.feet import foot_slip
 from retime.evaluate.metrics.gravity import gravity_ratios
 from retime.evaluate.metrics.keytimes import match_keytimes
 from retime.evaluate.metrics.known_answer import WarpMatch, match_warps
+from retime.evaluate.metrics.skipped import worst_skipped_pose
 from retime.evaluate.metrics.smoothness import rms_jerk
 from retime.evaluate.metrics.spans import seconds_shown
 from retime.evaluate.metrics.speeds import fastest_speed
 from retime.evaluate.metrics.timing import timing_distance
+from retime.evaluate.metrics.walking import WalkSpeeds, step_spread
 from study.defaults import DEFAULTS
 from study.figures.figure import Column, Figure, Figures, as_number, of_flights, of_warps
 from study.figures.shown import Shown, Warped
@@ -61,6 +65,28 @@ def _closeness(shown: Warped) -> WarpMatch | None:
     return match_warps(shown.warp, truth, spans=shown.subject.spans)
 
 
+def _skipped(shown: Warped) -> float:
+    """In centimetres; of what a search decided, where there was one."""
+    return worst_skipped_pose(shown.subject.motion, shown.warp if shown.path is None else shown.path) * 100
+
+
+def _of_walks(measure: Callable[[WalkSpeeds], float]) -> Callable[[Shown], Any]:
+    """Measure only where the input walks."""
+    return of_warps(lambda shown: None if shown.walks is None else measure(shown.walks))
+
+
+def _walking_speeds(low: float, figures: Figures) -> str:
+    return f"{number(low)} to {number(figures['walk_high'])}"
+
+
+def _walking_stretches(fast: float, figures: Figures) -> str:
+    return f"{number(fast)} / {number(figures['walk_slow'])}"
+
+
+def _count(n: int, figures: Figures) -> str:
+    return str(n)
+
+
 def _flight_speeds(slowest: float, figures: Figures) -> str:
     low, high = number(slowest), number(figures["flight_fastest"])
     return low if low == high else f"{low} to {high}"
@@ -90,7 +116,22 @@ FIGURES = (
         (Column("flights play at (×)", _flight_speeds),),
     ),
     Figure("flight_fastest", of_flights(lambda shown: shown.seen.fastest)),
+    Figure("flights_leapt", of_flights(lambda shown: shown.seen.n_leapt), (Column("flights leapt over", _count),)),
     Figure("gravity", of_flights(_gravity), (Column("gravity (× input's)", as_number()),)),
+    Figure("skipped", of_warps(_skipped), (Column("worst pose skipped (cm)", as_number(1)),)),
+    Figure("walk_low", _of_walks(lambda walks: walks.low), (Column("walks at, 5 to 95 % (×)", _walking_speeds),)),
+    Figure("walk_high", _of_walks(lambda walks: walks.high)),
+    Figure(
+        "walk_fast",
+        _of_walks(lambda walks: walks.longest_fast),
+        (Column("longest above 1.6 / below 0.6 (s)", _walking_stretches),),
+    ),
+    Figure("walk_slow", _of_walks(lambda walks: walks.longest_slow)),
+    Figure(
+        "steps_spread",
+        of_warps(lambda shown: step_spread(shown.warp, shown.subject.steps)),
+        (Column("spread of steps", as_number(3)),),
+    ),
     Figure("idle", of_warps(_idle), (Column("standing still (s)", as_number()),)),
     Figure("jerk", lambda shown: rms_jerk(shown.motion), (Column("jerk (m/s³)", as_number(0)),)),
     Figure("slip", of_warps(_slip), (Column("foot slip (mm)", as_number(1)),)),

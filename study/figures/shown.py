@@ -12,6 +12,7 @@ from retime.evaluate.metrics import Spans
 from retime.evaluate.metrics.flights import FlightTiming, flight_spans, flight_timing
 from retime.evaluate.metrics.speeds import SpeedMatch, joint_speeds, match_speeds
 from retime.evaluate.metrics.stillness import idle_spans
+from retime.evaluate.metrics.walking import WalkedStep, WalkSpeeds, walk_speeds, walked_steps, walking_spans
 from retime.motion.contacts import Contacts, contacts
 from retime.motion.motion import Motion
 from retime.warp.curve import Keytime, Warp
@@ -51,6 +52,11 @@ class Subject:
     def idle(self) -> tuple[tuple[float, float], ...]:
         """Where the input stands still, seconds."""
         return idle_spans(self.motion)
+
+    @cached_property
+    def steps(self) -> tuple[WalkedStep, ...]:
+        """The input's walks, step by step."""
+        return walked_steps(self.motion)
 
     @cached_property
     def standing(self) -> Contacts:
@@ -116,3 +122,8 @@ class Warped(Shown):
     def seen(self) -> FlightTiming:
         """How flights are played by the warp."""
         return flight_timing(self.warp, self.subject.flights)
+
+    @cached_property
+    def walks(self) -> WalkSpeeds | None:
+        """How walks are played by the warp; None where nobody walks."""
+        return walk_speeds(self.warp, walking_spans(self.subject.steps))

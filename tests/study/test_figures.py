@@ -14,6 +14,7 @@ from study.evaluations.versions import VersionMaker
 from study.figures.registry import FIGURES
 from study.figures.shown import Subject
 from tests.evaluate.figures import jumper
+from tests.motion.strides import strides
 
 
 def linear(motion: Motion, speed: float) -> dict[str, Any]:
@@ -51,11 +52,23 @@ def test_what_does_not_apply_is_none() -> None:
     still = jumper(lead=1.0, rest=0.5, jump=False)
     show = VersionMaker(Subject(still, still, truth=untouched(still)))
     figures = show.version("linear", "", at_one_speed(still, 1.0)).figures
-    none = {"flight_frames", "flight_frames_kept", "flight_slowest", "flight_fastest", "gravity"}
+    none = {"flight_frames", "flight_frames_kept", "flight_slowest", "flight_fastest", "flights_leapt", "gravity"}
+    none |= {"walk_low", "walk_high", "walk_fast", "walk_slow", "steps_spread"}
     assert {name for name, value in figures.items() if value is None} == none | {"speeds", "speeds_distance"}
     assert figures["closeness"].length_ratio == pytest.approx(0.5)
     of_a_motion = {name for name, value in show.other("reference", "", still).figures.items() if value is not None}
     assert of_a_motion == {"seconds", "jerk", "distance"}
+
+
+def test_walks_are_measured_by_the_warp_that_is_seen_and_what_is_skipped_by_the_path() -> None:
+    walk, _ = strides(0.6)
+    even = linear(walk, 2.0)
+    assert (even["walk_low"], even["walk_high"], even["steps_spread"]) == pytest.approx((2.0, 2.0, 0.0))
+    assert even["walk_fast"] > 2
+    assert even["walk_slow"] == 0
+    assert 0.1 < even["skipped"] < 20
+    show = VersionMaker(Subject(walk, walk))
+    assert show.version("guided", "", at_one_speed(walk, 2.0), path=untouched(walk)).figures["skipped"] == 0
 
 
 def test_the_answer_is_not_compared_with_itself() -> None:

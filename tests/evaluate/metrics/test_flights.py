@@ -25,6 +25,12 @@ def test_frames_in_flight_are_those_of_the_input() -> None:
     lost = flight_timing(rushed, ALOFT)
     assert (lost.n_frames, lost.n_kept, lost.n_flights_kept) == (15, 0, 0)
     assert lost.fastest == pytest.approx(15.0)
+    assert (whole.n_leapt, lost.n_leapt) == (0, 1)
+
+
+@pytest.mark.parametrize(("speed", "leapt"), [(3.9, 0), (4.1, 1)])
+def test_a_flight_at_four_times_its_speed_is_leapt_over(speed: float, leapt: int) -> None:
+    assert flight_timing(linear(JUMP, speed), ALOFT).n_leapt == leapt
 
 
 def test_a_hundredth_too_fast_is_not_unit_speed() -> None:

@@ -17,6 +17,8 @@ from retime.warp.curve import Warp
 
 # A step of the search at unit speed is exact in floating point; what smoothing leaves of it differs by rounding alone.
 _UNIT = 1e-6
+# Of a flight so fast too few frames are left to see it.
+_LEAPT = 4.0
 
 
 def flight_spans(motion: AnyMotion | None, *, clearance: float = 0.03) -> tuple[tuple[float, float], ...]:
@@ -51,6 +53,8 @@ class FlightTiming:
         Flights of which every such period was kept.
     slowest, fastest : float
         Mean speeds of the slowest and of the fastest flight; 1 where there is none.
+    n_leapt : int
+        Flights that are leapt over: their mean speed is 4 or more.
     """
 
     n_frames: int
@@ -59,6 +63,7 @@ class FlightTiming:
     n_flights_kept: int
     slowest: float
     fastest: float
+    n_leapt: int
 
 
 def path_warp(found: GuidedWarp) -> Warp:
@@ -112,5 +117,11 @@ def flight_timing(warp: Warp, spans: Spans, *, rate: float = ANALYSIS_RATE) -> F
         shown = seconds_shown(warp, [(start, end)])
         speeds.append((end - start) / shown if shown > 0 else math.inf)
     return FlightTiming(
-        n_frames, n_kept, len(spans), n_flights_kept, min(speeds, default=1.0), max(speeds, default=1.0)
+        n_frames,
+        n_kept,
+        len(spans),
+        n_flights_kept,
+        min(speeds, default=1.0),
+        max(speeds, default=1.0),
+        sum(speed >= _LEAPT for speed in speeds),
     )
