@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from study.clips.blows import fast_spans
-from study.clips.library import read_sample
-from study.clips.sources import SOURCES, missing_files
+from study.clips.library import Library, read_sample
+from study.clips.sources import FIRST, SECOND, SOURCES, missing_files
 from study.clips.walks import steps, walking_spans
 from tests.evaluate.figures import jumper
 
@@ -37,3 +37,15 @@ def test_every_file_that_is_named_is_there(mocap: Path) -> None:
     assert all((mocap / source.path).is_file() for source in SOURCES.values())
     assert missing_files(mocap) == []
     assert len(missing_files(mocap / "nowhere")) == len(SOURCES)
+
+
+def test_the_second_set_shares_no_frame_with_the_first(mocap: Path) -> None:
+    assert len(SECOND) >= 12
+    assert not FIRST.keys() & SECOND.keys()
+    shared = {one.path for one in FIRST.values()} & {one.path for one in SECOND.values()}
+    assert shared == {"cmu-asfamc/86_01.amc"}
+    assert SECOND["86_01, later"].drop_first == FIRST["86_01"].frames
+    clips = Library(mocap)
+    for name in SECOND:
+        assert 1 <= clips[name].duration < 60
+        assert clips[name].skeleton.n_joints > 15

@@ -56,7 +56,7 @@ def walked_steps(
     landings: list[tuple[int, str]] = []
     for side in ("left", "right"):
         columns = [i for i, foot in enumerate(standing.feet) if (part := parts[foot.joint]) and part.side == side]
-        stands = standing.at_rest[:, columns].any(axis=1)
+        stands = np.any(standing.at_rest[:, columns], axis=1)
         # A foot that stands in the first frame has landed some time before.
         landings += [(int(frame) + 1, side) for frame in np.flatnonzero(~stands[:-1] & stands[1:])]
     landings.sort()
