@@ -24,17 +24,20 @@ def check_loop(keytimes: Sequence[Keytime], search: str) -> None:
         Its ends run in different directions, or have different tangents, or the search can't keep a loop.
     """
     if search == "heuristic":
-        raise OptionError("the heuristic search can't keep a loop: use search='priced'")
+        raise OptionError("the heuristic search can't keep a loop: use search='priced'", option="search")
     first, last = (np.sign(b.input_time - a.input_time) for a, b in (keytimes[:2], keytimes[-2:]))
     if first != last:
         words = {1.0: "plays forward", 0.0: "holds", -1.0: "runs backward"}
         raise OptionError(
             f"a loop needs the same direction at both ends: it {words[float(first)]} at first and "
-            f"{words[float(last)]} at last"
+            f"{words[float(last)]} at last",
+            option="loop",
         )
     speeds = [key.speed for key in (keytimes[0], keytimes[-1])]
     if None not in speeds and speeds[0] != speeds[1]:
-        raise OptionError(f"a loop has one speed at its seam: found {speeds[0]:g} at first and {speeds[1]:g} at last")
+        raise OptionError(
+            f"a loop has one speed at its seam: found {speeds[0]:g} at first and {speeds[1]:g} at last", option="loop"
+        )
 
 
 def loop_path(task: PathTask, seam: FloatArray) -> FramePath:
