@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from retime.search.options import default_of
+from retime.search.options import default_of, names
 
 DEFAULTS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": default_of("time_scale")}
 """What `retime.guided_warp` chooses by itself, said aloud."""
 
 AS_PRINTED: dict[str, Any] = {"features": "torso", "score": "joint", "time_scale": 1 / 30}
 """The paper read literally: the torso's own space, velocity and acceleration counted in frames."""
-
-_ANALYSIS = ("n_neighbors", "time_scale", "low_pass", "features", "score", "rate")
 
 
 def parted(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -24,5 +22,6 @@ def parted(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     >>> parted({"length": "65%", "score": "joint"})
     ({'score': 'joint'}, {'length': '65%'})
     """
-    analysis = {name: value for name, value in options.items() if name in _ANALYSIS}
-    return analysis, {name: value for name, value in options.items() if name not in _ANALYSIS}
+    known = names("analysis")
+    analysis = {name: value for name, value in options.items() if name in known}
+    return analysis, {name: value for name, value in options.items() if name not in known}
