@@ -77,14 +77,14 @@ def test_the_widget_speaks_as_the_page_does(clip, monkeypatch) -> None:
         cell.say("hello", version=VERSION)
         state = await cell.until("state")
         assert (await cell.until("clip"))["n_frames"] == 241
-        document = {**state["document"], "length": "75%"}
+        document = {**state["document"], "options": {"length": "75%"}}
         cell.say("edit", revision=2, gesture="", done=True, label="set length", document=document)
         curve = await cell.until("curve", revision=2)
         assert (await cell.until("state", revision=2))["undo_label"] == "set length"
         expected = guided_warp(read(clip), length="75%").warp.input_times
         np.testing.assert_array_equal(curve["input_times"], expected)
         np.testing.assert_array_equal(widget.warp.input_times, expected)
-        assert widget.document.length == "75%"
+        assert widget.document.options == {"length": "75%"}
         cell.say("fly")
         assert 'no message is called "fly"' in (await cell.until("notice"))["text"]
         widget.close()
@@ -96,16 +96,16 @@ def test_a_cell_that_is_run_again_shows_the_same_document(clip, monkeypatch) -> 
     async def check() -> None:
         first = Cell(notebook.edit(clip), monkeypatch)
         first.say("hello", version=VERSION)
-        document = {**(await first.until("state"))["document"], "length": "75%"}
+        document = {**(await first.until("state"))["document"], "options": {"length": "75%"}}
         first.say("edit", revision=2, gesture="", done=True, label="set length", document=document)
         await first.until("state", revision=2)
         again = notebook.edit(clip)
-        assert again.document.length == "75%"
+        assert again.document.options == {"length": "75%"}
 
     in_a_notebook(check)
 
     async def check_later() -> None:
-        assert notebook.edit(clip).document.length == "75%"
+        assert notebook.edit(clip).document.options == {"length": "75%"}
 
     in_a_notebook(check_later)
 
@@ -148,11 +148,18 @@ def test_ready_waits_for_the_document_as_it_is_now(clip, monkeypatch) -> None:
         document = (await cell.until("state"))["document"]
         await widget.ready()
         for revision, length in ((2, "90%"), (3, "75%")):
-            edited = {**document, "length": length}
+            edited = {**document, "options": {"length": length}}
             cell.say("edit", revision=revision, gesture="", done=True, label="set length", document=edited)
         expected = guided_warp(read(clip), length="75%").warp.input_times
         np.testing.assert_array_equal((await widget.ready()).input_times, expected)
-        cell.say("edit", revision=4, gesture="", done=True, label="set length", document={**document, "length": "1f"})
+        cell.say(
+            "edit",
+            revision=4,
+            gesture="",
+            done=True,
+            label="set length",
+            document={**document, "options": {"length": "1f"}},
+        )
         with pytest.raises(RetimeError, match="a length of 1f is 1 frame"):
             await asyncio.wait_for(widget.ready(), 30)
 

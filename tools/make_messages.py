@@ -6,8 +6,9 @@ import dataclasses
 import inspect
 import types
 from pathlib import Path
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is_typeddict
 
+from retime.search.options import BY_NAME
 from retime.server import messages
 from retime.server.messages import array_fields, type_name
 
@@ -57,8 +58,8 @@ def script_type(hint: Any) -> str:
     if origin is tuple and inner[-1] is Ellipsis:
         one = script_type(inner[0])
         return f"readonly ({one})[]" if "|" in one else f"readonly {one}[]"
-    if dataclasses.is_dataclass(hint):
-        return hint.__name__
+    if dataclasses.is_dataclass(hint) or is_typeddict(hint):
+        return hint.__name__  # type: ignore[union-attr]
     return PLAIN[hint]
 
 
@@ -74,14 +75,23 @@ def interface(kind: type, *, message: bool) -> str:
     return "\n".join([*lines, "}"]) + "\n"
 
 
+def given(kind: type) -> str:
+    """Return the interface of options, of which any may be left out."""
+    lines = ["/** The options of the search that were given. */", f"export interface {kind.__name__} {{"]
+    for name, hint in get_type_hints(kind).items():
+        lines.append(f"  /** {BY_NAME[name].hint}. */")
+        lines.append(f"  readonly {name}?: {script_type(hint)};")
+    return "\n".join([*lines, "}"]) + "\n"
+
+
 def documents() -> list[type]:
-    """List the dataclasses that messages hold, each after those that it holds itself."""
+    """List the dataclasses that messages hold, and the options, each after those that it holds itself."""
     found: list[type] = []
 
     def visit(hint: Any) -> None:
         for inner in get_args(hint):
             visit(inner)
-        if dataclasses.is_dataclass(hint) and hint not in found:
+        if (dataclasses.is_dataclass(hint) or is_typeddict(hint)) and hint not in found:
             for field in get_type_hints(hint).values():
                 visit(field)
             found.append(hint)  # type: ignore[arg-type]
@@ -104,7 +114,7 @@ def page() -> str:
         INTRODUCTION,
         f"export const VERSION = {messages.VERSION};\n",
         f"/** The bits of Why.binding, the lowest first. */\nexport const BINDINGS = [{bits}] as const;\n",
-        *(interface(kind, message=False) for kind in documents()),
+        *(given(kind) if is_typeddict(kind) else interface(kind, message=False) for kind in documents()),
         "// From the page to the server.\n",
         *(interface(kind, message=True) for kind in messages.FROM_PAGE),
         union("PageMessage", messages.FROM_PAGE),

@@ -15,7 +15,6 @@ from retime.project.document import (
     KeptWarp,
     Key,
     LockedTime,
-    Options,
     ReferenceFile,
 )
 from retime.project.file import warp_id
@@ -45,9 +44,9 @@ def document_of(folder: Path) -> Document:
         ),
         keys=(Key("k1", 1 / 3, 0.1), Key("k2", 2.0, 1.5, 0.5)),
         locks=(LockedTime("l1", 0.5, 0.75, 0.0, 1.0),),
-        length="65%",
-        influence=0.5,
-        options=Options(score="conditional", slowest=0.25, fastest=4.0),
+        method="spline",
+        average=False,
+        options={"length": "65%", "influence": 0.5, "score": "conditional", "speed": "1/4..4", "max_skip": 9},
         kept=(KeptWarp(warp_id(WARP), "first try"),),
     )
 

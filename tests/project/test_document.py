@@ -6,9 +6,8 @@ import pytest
 
 from retime.errors import FormatError
 from retime.project.dataclass_json import from_value
-from retime.project.document import (
-    Document,
-)
+from retime.project.document import Document
+from retime.search.options import OPTIONS
 
 
 @pytest.mark.parametrize(
@@ -20,12 +19,17 @@ from retime.project.document import (
         ({"keys": [{"id": "", "input_time": 0, "output_time": 0}]}, "empty"),
         ({"keys": {}}, r"document.keys: expected a list, found an object"),
         ({"keys": [{"id": "k", "input_time": "0", "output_time": 0}]}, r"keys\[0\].input_time: expected a number"),
-        ({"influence": True}, "expected a number, found true"),
-        ({"length": 65}, "expected text, found 65"),
-        ({"free_weight": "heavy"}, "expected one of neutral, sum"),
+        ({"options": {"influence": True}}, "options.influence: expected a number, found true"),
+        ({"options": {"length": 65}}, "options.length: expected text, found 65"),
+        ({"options": {"free_weight": "heavy"}}, "options.free_weight: expected one of neutral, sum"),
         ({"options": {"loop": 1}}, "options.loop: expected true or false"),
         ({"options": {"max_skip": 2.0}}, "expected a whole number"),
-        ({"length": "\ud800"}, "half a letter"),
+        ({"options": {"length": "\ud800"}}, "half a letter"),
+        ({"options": {"tempo": 1}}, 'options: unknown field "tempo"; it has length, '),
+        ({"options": []}, "options: expected an object, found a list"),
+        ({"method": "magic"}, "method: expected one of guided, linear, spline"),
+        # Version 2 had it here.
+        ({"length": "65%"}, 'unknown field "length"'),
         ({"tempo": 1}, 'unknown field "tempo"'),
         ({"references": [{"counterparts": [{"clip": 1, "path": "b"}]}]}, "counterpart for clip 1, of 1 clips"),
         ({"references": [{"joints": [{"input": "a", "reference": "b"}] * 2}]}, "two joints for one of the clip's"),
@@ -35,3 +39,32 @@ def test_what_is_no_document_is_refused_with_its_place(change, says) -> None:
     value = {"clips": [{"path": "a.bvh"}], **change}
     with pytest.raises(FormatError, match=says):
         from_value(Document, value, "document")
+
+
+def test_what_is_null_was_not_given() -> None:
+    value = {"clips": [{"path": "a.bvh"}], "options": {"rate": None, "smoothness": 1, "length": "65%"}}
+    document = from_value(Document, value, "document")
+    assert document.options == {"length": "65%", "smoothness": 1.0}
+    assert isinstance(document.options["smoothness"], float)
+
+
+HELD = {
+    "length": "65%",
+    "rate": "29.97",
+    "speeds": "1/2..2",
+    "influence": 0.25,
+    "number": 1.5,
+    "whole": 2,
+    "flag": True,
+}
+
+
+@pytest.mark.parametrize("option", OPTIONS, ids=lambda option: option.name)
+def test_a_document_holds_every_option_and_refuses_another_kind(option) -> None:
+    good = option.choices[-1].value if option.kind == "choice" else HELD[option.kind]
+    value = {"clips": [{"path": "a.bvh"}], "options": {option.name: good}}
+    assert from_value(Document, value, "document").options == {option.name: good}
+    for wrong in ([], {}, 1 if isinstance(good, str) else "no such"):
+        value["options"] = {option.name: wrong}
+        with pytest.raises(FormatError, match=rf"^document\.options\.{option.name}: expected "):
+            from_value(Document, value, "document")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from retime import write
-from retime.project.document import ClipFile, Document, Key, LockedTime, Options
+from retime.project.document import ClipFile, Document, Key, LockedTime
 from retime.project.faults import Fault, fault_of
 from retime.project.solve import DocumentSolver
 from tests.cli.figures import figure
@@ -22,11 +22,11 @@ def clip(tmp_path: Path) -> Path:
 
 def test_of_the_two_ends_of_a_span_the_one_that_moved_is_at_fault(clip) -> None:
     keys = (Key("a", 1.0, 1.0), Key("b", 2.0, 2.0))
-    good = Document((ClipFile(str(clip)),), keys=keys, length="100%")
+    good = Document((ClipFile(str(clip)),), keys=keys, options={"length": "100%"})
     solver = DocumentSolver()
     solver.solve(good)
     for moved, fault in (((Key("a", 1.0, 1.99), keys[1]), "a"), ((keys[0], Key("b", 2.0, 1.01)), "b")):
-        bad = Document(good.clips, keys=moved, length="100%")
+        bad = Document(good.clips, keys=moved, options={"length": "100%"})
         with pytest.raises(ValueError, match=r"closer|cannot fit") as found:
             solver.solve(bad)
         assert fault_of(found.value, bad, good).key == fault
@@ -36,13 +36,13 @@ def test_of_the_two_ends_of_a_span_the_one_that_moved_is_at_fault(clip) -> None:
     ("changes", "fault"),
     [
         ({"locks": (LockedTime("l", 0.0, 1.0, 2.0, 2.0),)}, Fault(lock="l")),
-        ({"options": Options(fastest=1.5)}, Fault(field="options.fastest")),
-        ({"options": Options(max_skip=1, upsample=1)}, Fault(field="options.max_skip")),
-        ({"length": "20f"}, Fault(field="length")),
+        ({"options": {"length": "80%", "speed": "..1.5"}}, Fault(field="options.speed")),
+        ({"options": {"length": "80%", "max_skip": 1, "upsample": 1}}, Fault(field="options.max_skip")),
+        ({"options": {"length": "20f"}}, Fault(field="options.length")),
     ],
 )
 def test_what_was_changed_beside_the_keys_is_at_fault(clip, changes, fault) -> None:
-    good = Document((ClipFile(str(clip)),), keys=(Key("a", 1.0, 0.6),), length="80%")
+    good = Document((ClipFile(str(clip)),), keys=(Key("a", 1.0, 0.6),), options={"length": "80%"})
     solver = DocumentSolver()
     solver.solve(good)
     bad = replace(good, **changes)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
+import zlib
 from pathlib import Path
 
 import pytest
@@ -79,3 +81,29 @@ def test_a_journal_does_not_grow_for_ever(tmp_path, monkeypatch) -> None:
     assert max(sizes) < 22_000
     assert read_journal(journal.path).history == history
     journal.close()
+
+
+def test_a_journal_of_an_older_program_is_recovered_undo_included(tmp_path) -> None:
+    def document(**changes):
+        options = {"method": "guided", "rate": None, "slowest": None, "fastest": None, "smoothness": 0.0}
+        options |= {"score": "joint", "loop": False, "average": True}
+        fields = {"length": None, "min_length": None, "max_length": None, "free_weight": "neutral", "influence": 1.0}
+        return {
+            "clips": [{"path": "/a.bvh"}],
+            **fields,
+            "options": {**options, **changes.pop("options", {})},
+            **changes,
+        }
+
+    limits = {"slowest": 0.5, "fastest": 2.0}
+    steps = [("set length", {"length": "65%"}), ("set limits", {"length": "65%", "options": limits})]
+    lines = [{"format": "retime-journal", "version": 1, "base": "", "start": document()}]
+    for label, changes in steps:
+        lines.append({"did": "edit", "document": document(**changes), "label": label, "gesture": "", "done": True})
+    lines.append({"did": "undo"})
+    texts = [json.dumps(line).encode() for line in lines]
+    (tmp_path / "j").write_bytes(b"".join(b"%08x %s\n" % (zlib.crc32(text), text) for text in texts))
+    history = read_journal(tmp_path / "j").history
+    assert history.start.options == {}
+    assert (history.undo_label, history.present.options) == ("set length", {"length": "65%"})
+    assert history.redo().present.options == {"length": "65%", "speed": "0.5..2"}

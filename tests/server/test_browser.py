@@ -18,6 +18,7 @@ import pytest
 
 import retime
 from retime.project.file import read_project
+from retime.search.options import OPTIONS
 from tests.cli.figures import figure
 from tests.server.serving import serving  # noqa: F401  (says that this needs the packages that serve)
 
@@ -25,6 +26,8 @@ ROOT = Path(__file__).resolve().parents[2]
 WEB = ROOT / "web"
 PAGE = ROOT / "src" / "retime" / "server" / "page" / "index.html"
 DATA = ROOT.parent / "shared" / "mocap"
+# Of an option's declaration, what the page shows as it stands there.
+SHOWN = ("label", "hint", "panel", "kind", "default", "slider", "curve", "needs_free")
 CHROMIUM = ("/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome")
 
 
@@ -86,7 +89,7 @@ def test_edit_undo_die_recover_save_export(rooms, run):
     document = json.loads(Path(str(found["project"])).read_text(encoding="utf-8"))["document"]
     (key,) = document["keys"]
     assert f"input {key['input_time']:.3f} s at output {key['output_time']:.3f} s" in str(found["key"])
-    assert document["length"] == "65%"
+    assert document["options"] == {"length": "65%"}
     other = folder / f"by_hand{clip.suffix}"
     run(
         "warp", str(clip), "--length", "65%", "--key", f"{key['input_time']!r}={key['output_time']!r}", "-o", str(other)
@@ -123,15 +126,22 @@ def test_groups_references_channels_and_bounds(rooms):
         counterpart="like_second.bvh",
         project="away.retime",
         elsewhere=str(elsewhere),
+        options=[
+            {
+                **{name: getattr(option, name) for name in SHOWN},
+                "usual": option.default_words,
+                "in_short": option.in_short or option.default_words,
+                "flag": option.on_command_line,
+                "choices": [(choice.value, choice.label) for choice in option.choices],
+                "least": option.least if np.isfinite(option.least) else None,
+                "most": option.most if np.isfinite(option.most) else None,
+            }
+            for option in OPTIONS
+        ],
         **rooms,
     )
     document = read_project(str(found["saved"])).document
-    assert (document.length, document.min_length, document.max_length, document.options.rate) == (
-        "75%",
-        None,
-        None,
-        "20",
-    )
+    assert document.options == {"length": "75%", "rate": "20", "n_neighbors": 2}
     (reference,) = document.references
     assert [one.clip for one in reference.counterparts] == [1]
     # What the page made is what the library makes of the same clips.

@@ -11,13 +11,16 @@ from tests.server.serving import KEY, serving
 LOCK = {"id": "l", "start": 2.5, "end": 3.0, "slowest": 1.0, "fastest": 1.0}
 KEPT = {"id": "m", "start": 0.2, "end": 0.5, "slowest": 0.0, "fastest": 1.0}
 EXPORTS = {
-    "a length": ({"length": "65%"}, "--length 65%"),
+    "a length": ({"options": {"length": "65%"}}, "--length 65%"),
     "keys and a tangent": (
-        {"keys": [KEY, {"id": "j", "input_time": 3.0, "output_time": 2.75, "speed": 0.5}], "length": "200f"},
+        {
+            "keys": [KEY, {"id": "j", "input_time": 3.0, "output_time": 2.75, "speed": 0.5}],
+            "options": {"length": "200f"},
+        },
         "--key 2=1.5 --key 3.0=2.75@0.5 --length 200f",
     ),
     "locks and limits": (
-        {"locks": [LOCK, KEPT], "length": "3s", "options": {"slowest": 0.25, "fastest": 4.0, "smoothness": 0.5}},
+        {"locks": [LOCK, KEPT], "options": {"length": "3s", "speed": "0.25..4", "smoothness": 0.5}},
         "--lock 2.5..3.0 --keep 0.2..0.5 --length 3s --speed 1/4..4 --smoothness 0.5",
     ),
     # Another motion's timing is met in small steps: a low rate keeps these quick.
@@ -29,25 +32,28 @@ EXPORTS = {
         "--reference leap.bvh --reference-frames 10:200 --reference-weight 2 --mirror --rate 12",
     ),
     "a stretch of itself": (
-        {"references": [{"first_frame": 60}], "length": "80%", "options": {"rate": "12"}},
+        {"references": [{"first_frame": 60}], "options": {"length": "80%", "rate": "12"}},
         "--reference-frames 60: --length 80% --rate 12",
     ),
     "a free length": (
-        {"length": "free", "min_length": "100f", "max_length": "200f", "free_weight": "sum"},
+        {"options": {"length": "free", "min_length": "100f", "max_length": "200f", "free_weight": "sum"}},
         "--length free --min-length 100f --max-length 200f --free-weight sum",
     ),
     "frames and a rate": (
-        {"clips": [{"path": "jump.bvh", "first_frame": 5, "last_frame": 150, "fps": "30"}], "length": "3s"},
+        {
+            "clips": [{"path": "jump.bvh", "first_frame": 5, "last_frame": 150, "fps": "30"}],
+            "options": {"length": "3s"},
+        },
         "--frames 5:150 --fps 30 --length 3s",
     ),
     "half guided, not averaged": (
-        {"keys": [KEY], "length": "75%", "influence": 0.5, "options": {"average": False, "score": "conditional"}},
+        {"keys": [KEY], "average": False, "options": {"length": "75%", "influence": 0.5, "score": "conditional"}},
         "--key 2.0=1.5 --length 75% --influence 0.5 --no-average --score conditional",
     ),
     "all settings": (
         {
-            "length": "75%",
             "options": {
+                "length": "75%",
                 "rate": "20",
                 "max_skip": 9,
                 "upsample": 2,
@@ -61,10 +67,11 @@ EXPORTS = {
         "--length 75% --rate 20 --max-skip 9 --upsample 2 --neighbors 2 --time-scale 0.05 --low-pass 3 "
         "--smoothing 3 --features heading",
     ),
-    "z up": ({"clips": [{"path": "jump.bvh", "up": "z"}], "length": "75%"}, "--up z --length 75%"),
-    "a loop": ({"length": "150f", "options": {"loop": True}}, "--length 150f --loop"),
-    "a spline": ({"keys": [KEY], "options": {"method": "spline"}}, "--key 2=1.5 --method spline"),
-    "straight lines": ({"length": "65%", "options": {"method": "linear"}}, "--length 65% --method linear"),
+    "z up": ({"clips": [{"path": "jump.bvh", "up": "z"}], "options": {"length": "75%"}}, "--up z --length 75%"),
+    "a loop": ({"options": {"length": "150f", "loop": True}}, "--length 150f --loop"),
+    "a spline": ({"keys": [KEY], "method": "spline"}, "--key 2=1.5 --method spline"),
+    "from coarse to fine": ({"options": {"length": "80%", "search": "heuristic"}}, "--length 80% --search heuristic"),
+    "straight lines": ({"options": {"length": "65%"}, "method": "linear"}, "--length 65% --method linear"),
 }
 
 
@@ -97,7 +104,7 @@ def test_a_picture_and_the_clips_that_follow_are_what_the_command_line_writes(fo
     monkeypatch.chdir(folder)
     with serving(folder, "jump.bvh", "leap.bvh") as served, served.ready_page() as page:
         files = [{**file, "role": "search"} for file in page.document["clips"]]
-        page.edit(length="80%", keys=[KEY], clips=files, options={"rate": "15"})
+        page.edit(keys=[KEY], clips=files, options={"length": "80%", "rate": "15"})
         for what, name, clip in (("picture", "page.svg", 0), ("motion", "page.bvh", 1)):
             page.say("export", what=what, path=name, clip=clip, overwrite=False)
             assert page.until("exported", "notice")["type"] == "exported"
@@ -132,7 +139,7 @@ def test_an_export_that_would_destroy_something_is_refused(served, what, path, s
 
 def test_a_saved_warp_is_read_back(exporting) -> None:
     page, served, plain = exporting
-    page.edit(**{**plain, "length": "70%"})
+    page.edit(**{**plain, "options": {"length": "70%"}})
     curve = page.curve()
     page.say("export", what="warp", path="again.json", clip=0, overwrite=True)
     page.until("exported")

@@ -20,7 +20,7 @@ def test_a_dropped_file_can_be_opened(served) -> None:
         state = page.told(opened=1)
         assert page.until("clip")["name"] == "my leap"
         assert (state["undo_label"], state["path"]) == (None, None)
-        page.edit(length="80%")
+        page.edit(options={"length": "80%"})
         assert page.curve()["type"] == "curve"
 
 

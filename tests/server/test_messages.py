@@ -16,14 +16,15 @@ from retime.project.document import ClipFile, Document, Key
 from retime.server import messages
 from retime.server.messages import read_message, write_message
 
-TOOL = Path(__file__).resolve().parents[2] / "tools" / "make_messages.py"
+TOOLS = Path(__file__).resolve().parents[2] / "tools"
 
 
-def test_the_page_speaks_the_language_of_the_server() -> None:
-    spec = importlib.util.spec_from_file_location("make_messages", TOOL)
+@pytest.mark.parametrize("name", ["make_messages", "make_options"])
+def test_the_page_speaks_the_language_of_the_server_and_shows_its_options(name) -> None:
+    spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
     tool = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tool)
-    assert tool.PAGE.read_text(encoding="utf-8") == tool.page(), "run python tools/make_messages.py"
+    assert tool.PAGE.read_text(encoding="utf-8") == tool.page(), f"run python tools/{name}.py"
 
 
 def test_a_message_with_arrays_is_one_aligned_frame() -> None:
@@ -41,7 +42,9 @@ def test_a_message_with_arrays_is_one_aligned_frame() -> None:
 
 
 def test_a_document_comes_back_as_it_was() -> None:
-    document = Document((ClipFile("a.bvh", first_frame=3),), keys=(Key("k", 1 / 3, 0.1, 2.0),), length="65%")
+    document = Document(
+        (ClipFile("a.bvh", first_frame=3),), keys=(Key("k", 1 / 3, 0.1, 2.0),), options={"length": "65%"}
+    )
     text = json.dumps(
         {"type": "edit", "revision": 2, "gesture": "g", "done": True, "label": "move", "document": to_value(document)}
     )

@@ -16,7 +16,11 @@ from tests.server.serving import KEY
             "two keytimes stand at output time 1.5 s",
             {"key": "j"},
         ),
-        ({"keys": [{**KEY, "output_time": 9.0}], "length": "2s"}, "beyond the output's last frame", {"key": "k"}),
+        (
+            {"keys": [{**KEY, "output_time": 9.0}], "options": {"length": "2s"}},
+            "beyond the output's last frame",
+            {"key": "k"},
+        ),
         ({"keys": [{**KEY, "input_time": 60.0}]}, "asks for input time 60 s", {"key": "k"}),
         ({"keys": [{**KEY, "speed": -1.0}]}, "expected a playback speed", {"key": "k"}),
         ({"keys": [{**KEY, "speed": 6.0}], "options": {"max_skip": 4}}, "asks for speed 6", {"key": "k"}),
@@ -27,18 +31,28 @@ from tests.server.serving import KEY
             "one frame of the search, 33 ms, shows more",
             {"lock": "l"},
         ),
-        ({"length": "1f"}, "length", {"field": "length"}),
-        ({"length": "soon"}, "expected a length", {"field": "length"}),
-        ({"length": "free", "min_length": "0"}, "at least 2", {"field": "min_length"}),
-        ({"length": "free", "min_length": "3s", "max_length": "2s"}, "is more than the most", {"field": "max_length"}),
-        ({"max_length": "2s"}, "need a free length", {"field": "length"}),
+        ({"options": {"length": "1f"}}, "length", {"field": "options.length"}),
+        ({"options": {"length": "soon"}}, "expected a length", {"field": "options.length"}),
+        ({"options": {"length": "free", "min_length": "0"}}, "at least 2", {"field": "options.min_length"}),
+        (
+            {"options": {"length": "free", "min_length": "3s", "max_length": "2s"}},
+            "is more than the most",
+            {"field": "options.max_length"},
+        ),
+        ({"options": {"length": "90%", "max_length": "2s"}}, "need a free length", {"field": "options.length"}),
         ({"options": {"rate": "often"}}, "expected a frame rate", {"field": "options.rate"}),
         ({"options": {"max_skip": 300}}, "max_skip must be from 1", {"field": "options.max_skip"}),
         ({"options": {"time_scale": -1.0}}, "the time scale must be at least 0", {"field": "options.time_scale"}),
         ({"options": {"low_pass": -1.0}}, "the low pass must be at least 0", {"field": "options.low_pass"}),
         ({"options": {"n_neighbors": 0}}, "n_neighbors must be", {"field": "options.n_neighbors"}),
         ({"options": {"upsample": 0}}, "upsample must be", {"field": "options.upsample"}),
-        ({"options": {"slowest": 4.0, "fastest": 2.0}}, "speed limits", {"field": "options.fastest"}),
+        ({"options": {"speed": "4..2"}}, "has the slowest first", {"field": "options.speed"}),
+        ({"options": {"length": "80%", "loop": True, "search": "heuristic"}}, "loop", {"field": "options.search"}),
+        (
+            {"options": {"length": "free"}, "method": "linear"},
+            "a free length needs a search",
+            {"field": "options.length"},
+        ),
         ({"clips": [{"path": "none.bvh"}]}, "none.bvh: No such file", {"clip": 0}),
         ({"clips": [{"path": "jump.bvh", "first_frame": 900}]}, "900", {"clip": 0}),
         ({"clips": [{"path": "jump.bvh"}, {"path": "camera.csv"}]}, "must last alike", {"clip": 1}),
@@ -55,7 +69,7 @@ from tests.server.serving import KEY
 )
 def test_what_can_not_be_done_names_what_is_at_fault(served, changes, says, at) -> None:
     with served.ready_page() as page:
-        page.edit(length="90%")
+        page.edit(options={"length": "90%"})
         assert page.curve()["type"] == "curve"
         page.edit(**changes)
         problem = page.curve()

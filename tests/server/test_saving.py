@@ -30,7 +30,7 @@ def test_a_project_is_saved_and_opened(folder) -> None:
         assert "is an input" in saved(page, "jump.bvh")["text"]
         assert saved(page, "p.retime")["type"] == "saved"
         assert page.told(saved=True)["path"] == str(folder / "p.retime")
-        page.edit(length="80%")
+        page.edit(options={"length": "80%"})
         assert not page.told()["saved"]
         assert saved(page, None)["type"] == "saved"
         assert page.told(saved=True)["revision"] == page.revision
@@ -38,7 +38,11 @@ def test_a_project_is_saved_and_opened(folder) -> None:
         assert page.told(opened=1)["document"]["clips"][0]["path"].endswith("leap.bvh")
         page.say("open", path="p.retime")
         state = page.told(opened=2)
-        assert (state["document"]["keys"], state["document"]["length"], state["saved"]) == ([KEY], "80%", True)
+        assert (state["document"]["keys"], state["document"]["options"]["length"], state["saved"]) == (
+            [KEY],
+            "80%",
+            True,
+        )
         page.say("open", path="none.retime")
         assert "not opened" in page.until("notice")["text"]
     assert {path.name for path in folder.iterdir()} == {"jump.bvh", "leap.bvh", "camera.csv", "p.retime"}
@@ -64,7 +68,7 @@ def test_kill_9_of_the_editor_loses_nothing_that_was_acknowledged(folder, tmp_pa
         host, token = re.fullmatch(r"http://([\d.:]+)/\?token=(.+)", address).groups()
         with _page_at(host, token) as page:
             page.told(revision=1)
-            page.edit(length="75%", label="set length")
+            page.edit(options={"length": "75%"}, label="set length")
             page.told()
             for number in range(5):
                 page.edit("drag", done=False, label="move key", keys=[{**KEY, "output_time": 1.2 + 0.01 * number}])
@@ -79,7 +83,7 @@ def test_kill_9_of_the_editor_loses_nothing_that_was_acknowledged(folder, tmp_pa
         assert state["document"]["keys"][0]["output_time"] == 1.24
         page.change("undo")
         state = page.told()
-        assert (state["document"]["keys"], state["document"]["length"]) == ([], "75%")
+        assert (state["document"]["keys"], state["document"]["options"]["length"]) == ([], "75%")
 
 
 @contextlib.contextmanager
@@ -108,8 +112,8 @@ def test_a_full_disk_is_told_and_the_next_edit_makes_it_good(served, monkeypatch
         assert "not safe: No space left on device" in page.until("notice")["text"]
         assert "state" not in page.heard
         monkeypatch.setattr(journals, "_write_all", write_all)
-        page.edit(length="80%", label="set length")
+        page.edit(options={"length": "80%"}, label="set length")
         state = page.told()
-        assert (state["document"]["keys"], state["document"]["length"]) == ([KEY], "80%")
+        assert (state["document"]["keys"], state["document"]["options"]["length"]) == ([KEY], "80%")
         page.change("undo")
         assert page.told()["undo_label"] == "add key"

@@ -48,7 +48,7 @@ def test_a_signal_is_told_by_its_channels(folder) -> None:
 
 def test_a_drag_is_answered_by_curves_and_is_one_undo_step(served) -> None:
     with served.ready_page() as page:
-        page.edit(label="set length", length="75%")
+        page.edit(label="set length", options={"length": "75%"})
         assert page.told()["undo_label"] == "set length"
         for to in (1.2, 1.3, 1.4):
             page.edit("drag", done=False, label="move key", keys=[{**KEY, "output_time": to}])
@@ -82,11 +82,11 @@ def test_two_pages_see_the_same_and_the_slower_one_is_told(served) -> None:
         assert other.told(revision=revision)["document"]["keys"] == [KEY]
         assert other.curve()["type"] == "curve"
         # Both change revision 2 into 3; the first that comes wins.
-        one.edit(length="80%")
-        assert one.told()["document"]["length"] == "80%"
-        other.edit(length="70%")
+        one.edit(options={"length": "80%"})
+        assert one.told()["document"]["options"]["length"] == "80%"
+        other.edit(options={"length": "70%"})
         assert "another window" in other.until("notice")["text"]
-        assert other.told()["document"]["length"] == "80%"
+        assert other.told()["document"]["options"]["length"] == "80%"
 
 
 def test_what_is_no_message_is_told_and_changes_nothing(served) -> None:
@@ -107,7 +107,7 @@ def test_a_page_of_another_version_is_told_so(served) -> None:
 
 def test_a_warp_is_kept_and_compared_and_comes_back_with_undo(served) -> None:
     with served.ready_page() as page:
-        page.edit(length="75%")
+        page.edit(options={"length": "75%"})
         curve = page.curve()
         page.change("keep", name="short")
         kept = page.until("kept")

@@ -13,7 +13,7 @@ from tests.server.serving import KEY, Served, serving
 
 def test_a_group_is_searched_together_and_others_follow(folder) -> None:
     with serving(folder, "jump.bvh", "leap.bvh", "camera.csv") as served, served.ready_page() as page:
-        page.edit(length="75%")
+        page.edit(options={"length": "75%"})
         first = page.curve()
         jump, leap, camera = page.document["clips"]
         page.edit(clips=[jump, {**leap, "role": "search"}, camera])
@@ -29,7 +29,9 @@ def test_a_group_imitates_a_group_and_a_stretch_of_itself(folder) -> None:
     write(jump.frames(0, 200), folder / "b.bvh")
     with serving(folder, "jump.bvh", "leap.bvh") as served, served.ready_page() as page:
         first, second = page.document["clips"]
-        page.edit(clips=[first, {**second, "role": "search"}], length="75%", references=[{"path": "a.bvh"}])
+        page.edit(
+            clips=[first, {**second, "role": "search"}], options={"length": "75%"}, references=[{"path": "a.bvh"}]
+        )
         problem = page.curve()
         assert "needs a counterpart for each" in problem["message"]
         assert problem["reference"] == 0
@@ -56,7 +58,7 @@ def test_a_reference_says_which_joint_stands_for_which(folder) -> None:
     (folder / "map.json").write_text(json.dumps(said))
     pairs = [{"input": name, "reference": to} for name, to in zip(own[1:], names[1:], strict=True)]
     with serving(folder, "jump.bvh") as served, served.ready_page() as page:
-        page.edit(references=[{"path": "strange.bvh"}], length="80%")
+        page.edit(references=[{"path": "strange.bvh"}], options={"length": "80%"})
         assert page.until("clip", what="reference")["counterparts"] == [""] * len(own)
         assert "too few of its joints" in page.curve()["message"]
         page.edit(references=[{"path": "strange.bvh", "joint_map": "map.json", "joints": pairs}])
@@ -70,7 +72,7 @@ def test_a_reference_says_which_joint_stands_for_which(folder) -> None:
 def test_a_warning_is_told_once_and_to_who_comes_later(folder) -> None:
     steep = {**KEY, "speed": 30.0}
     with serving(folder, "jump.bvh") as served, served.ready_page() as page:
-        page.edit(keys=[steep], options={"method": "spline"})
+        page.edit(keys=[steep], method="spline")
         assert "without turning back" in page.until("notice")["text"]
         page.edit(keys=[{**steep, "id": "j"}])
         page.curve()

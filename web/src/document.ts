@@ -1,6 +1,7 @@
 /** Edits of the document: functions from one document value to the next. They check nothing that the server checks. */
 
 import type { ClipFile, Document, Key, LockedTime, Options } from "./messages";
+import { OPTIONS, type OptionName } from "./options";
 import { clamp, snapped } from "./scale";
 import type { Knots } from "./warp";
 
@@ -98,8 +99,13 @@ export function deleteLock(document: Document, id: string): Document {
   return { ...document, locks: document.locks.filter((lock) => lock.id !== id) };
 }
 
-export function setOption<K extends keyof Options>(document: Document, name: K, value: Options[K]): Document {
-  return { ...document, options: { ...document.options, [name]: value } };
+/** Give an option, or, with null, give it no more. */
+export function setOption(document: Document, name: OptionName, value: string | number | boolean | null): Document {
+  const gone = new Set<OptionName>(value === null ? [name] : []);
+  // What is said of a free length goes with it.
+  if (name === "length" && value !== "free") for (const one of OPTIONS) if (one.needsFree) gone.add(one.name);
+  const given = Object.entries({ ...document.options, [name]: value }).filter(([key]) => !gone.has(key as OptionName));
+  return { ...document, options: Object.fromEntries(given) as Options };
 }
 
 /** Add a clip that gets the same warp. */
@@ -134,12 +140,6 @@ export function changeClip(document: Document, index: number, change: Partial<Cl
 /** Search on a clip of the group too, or let it only follow. */
 export function setRole(document: Document, index: number, role: ClipFile["role"]): Document {
   return changeClip(document, index, { role });
-}
-
-/** Give the output a length; bounds are for one that the search chooses. */
-export function setLength(document: Document, length: string | null): Document {
-  const bounds = length === "free" ? {} : { min_length: null, max_length: null };
-  return { ...document, length, ...bounds };
 }
 
 /** A length as frames of output, as the document writes it. */

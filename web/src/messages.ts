@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 2;
+export const VERSION = 3;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "fastest", "slowest"] as const;
@@ -64,23 +64,44 @@ export interface LockedTime {
   readonly fastest: number;
 }
 
-/** How the warp is found, and used; the names and defaults of `retime.guided_warp` and `retime warp`. */
+/** The options of the search that were given. */
 export interface Options {
-  readonly method: "guided" | "linear" | "spline";
-  readonly rate: string | null;
-  readonly max_skip: number | null;
-  readonly upsample: number | null;
-  readonly slowest: number | null;
-  readonly fastest: number | null;
-  readonly smoothness: number;
-  readonly smoothing: number | null;
-  readonly n_neighbors: number | null;
-  readonly time_scale: number | null;
-  readonly low_pass: number | null;
-  readonly features: "torso" | "heading" | "signal" | null;
-  readonly score: "joint" | "conditional";
-  readonly loop: boolean;
-  readonly average: boolean;
+  /** 65%, 9.3 (seconds), 280f, 0:09.3 or free: the search finds it. */
+  readonly length?: string;
+  /** A free length is no shorter than this: 65%, 9.3 (seconds), 280f. */
+  readonly min_length?: string;
+  /** A free length is no longer than this: 65%, 9.3 (seconds), 280f. */
+  readonly max_length?: string;
+  /** What makes one free length better than another. */
+  readonly free_weight?: "neutral" | "sum";
+  /** 1 follows the search; 0 is the spline through the keytimes, as drawn by hand. */
+  readonly influence?: number;
+  /** How much a change of speed costs: the more, the fewer changes. */
+  readonly smoothness?: number;
+  /** Slowest and fastest for the whole clip: 1/2..2, 50%..200%, ..2. */
+  readonly speed?: string;
+  /** The clip is a cycle, and stays one. */
+  readonly loop?: boolean;
+  /** What makes a frame's speed look right. */
+  readonly score?: "joint" | "conditional";
+  /** The best way there is, or a good one sooner, as the paper finds it. */
+  readonly search?: "priced" | "layered" | "heuristic";
+  /** In which space poses are compared. */
+  readonly features?: "torso" | "heading" | "signal";
+  /** How many frames a second the search looks at: 30, 29.97. The output keeps the clip's own rate. */
+  readonly rate?: string;
+  /** How many frames the search may leap to the next one it shows: the more, the faster it may play. */
+  readonly max_skip?: number;
+  /** Into how many parts the search may divide a frame: 4 lets it play at a quarter of the speed. */
+  readonly upsample?: number;
+  /** With how many frames of the reference each frame is compared. */
+  readonly n_neighbors?: number;
+  /** How much the speed of the body counts beside its pose, in seconds. */
+  readonly time_scale?: number;
+  /** Shaking that is faster than this, in Hz, is not looked at; 0: all is. */
+  readonly low_pass?: number;
+  /** Over how many of its frames the search evens out the speed; 0: it does not. */
+  readonly smoothing?: number;
 }
 
 /** A warp kept for comparison. */
@@ -95,11 +116,8 @@ export interface Document {
   readonly references: readonly ReferenceFile[];
   readonly keys: readonly Key[];
   readonly locks: readonly LockedTime[];
-  readonly length: string | null;
-  readonly min_length: string | null;
-  readonly max_length: string | null;
-  readonly free_weight: "neutral" | "sum";
-  readonly influence: number;
+  readonly method: "guided" | "linear" | "spline";
+  readonly average: boolean;
   readonly options: Options;
   readonly kept: readonly KeptWarp[];
 }

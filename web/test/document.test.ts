@@ -9,7 +9,7 @@ import {
   lengthInFrames,
   lengthText,
   removeClip,
-  setLength,
+  setOption,
   setRole,
   throughKeys,
 } from "../src/document";
@@ -90,10 +90,21 @@ it("a clip that goes takes its counterparts along, and the others keep theirs", 
   expect(left.references[0]?.counterparts).toEqual([{ ...beside(2), clip: 1 }]);
 });
 
-it("a length that is given needs no bounds", () => {
-  const free = { ...setLength(EMPTY, "free"), min_length: "2s", max_length: "3s" };
-  expect(setLength(free, "free")).toEqual(free);
-  expect(setLength(free, "65%")).toMatchObject({ length: "65%", min_length: null, max_length: null });
+describe("options", () => {
+  it("are held where they are given, and only there", () => {
+    const given = setOption(setOption(EMPTY, "smoothness", 0.5), "rate", "20");
+    expect(given.options).toEqual({ smoothness: 0.5, rate: "20" });
+    expect(setOption(given, "smoothness", null).options).toEqual({ rate: "20" });
+    expect(EMPTY.options).toEqual({});
+  });
+
+  it("that speak of a free length go with it", () => {
+    const free = { ...EMPTY, options: { length: "free", min_length: "2s", free_weight: "sum", loop: true } as const };
+    expect(setOption(free, "length", "free")).toEqual(free);
+    expect(setOption(free, "loop", null).options).toEqual({ length: "free", min_length: "2s", free_weight: "sum" });
+    expect(setOption(free, "length", "65%").options).toEqual({ length: "65%", loop: true });
+    expect(setOption(free, "length", null).options).toEqual({ loop: true });
+  });
 });
 
 it("draws straight lines through keytimes, in order, without those at one time", () => {

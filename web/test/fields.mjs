@@ -1,6 +1,7 @@
 // What the page edits beside keys, in a real browser: groups and their references, channels, bounds, and what is refused.
 //
-//     node fields.mjs '{"python": …, "clips": […], "wide": …, "counterpart": …, "project": …, "folder": …, "state": …, "shots": …}'
+//     node fields.mjs '{"python": …, "clips": […], "wide": …, "counterpart": …, "project": …, "folder": …, "state": …, "shots": …,
+//         "options": […]}'
 //
 // Prints one JSON object: the document that it made, for the test to compare with the library's.
 
@@ -8,7 +9,9 @@ import assert from "node:assert/strict";
 import { join } from "node:path";
 import { Editor, launch, serve, stumbles, until } from "./editor.mjs";
 
-const { python, clips, wide, counterpart, project, elsewhere, folder, state, shots } = JSON.parse(process.argv[2]);
+const { python, clips, wide, counterpart, project, elsewhere, folder, state, shots, options } = JSON.parse(
+  process.argv[2],
+);
 const begin = (...names) =>
   serve([python, "-m", "retime.cli.main", "edit", ...names, "--no-browser"], folder, { XDG_STATE_HOME: state });
 
@@ -48,6 +51,59 @@ try {
   await rows.evaluate((view) => (view.scrollTop = view.scrollHeight));
   await editor.frames(4);
   assert.notEqual(await drawn(), above);
+
+  // Every option of the search has its row, and the row says what the declaration says.
+  const more = page.locator("summary").filter({ hasText: "More" });
+  await more.click();
+  const declared = page.locator("section[aria-label=Timing], section[aria-label=Search]");
+  for (const option of options) {
+    const control = declared.getByLabel(option.label, { exact: true });
+    assert.equal(await control.count(), 1, option.label);
+    assert.equal(await control.isVisible(), !option.needs_free, option.label);
+    const shown = await control.evaluate((input) => ({
+      title: (input.closest("[title]") ?? input).title,
+      tag: input.tagName,
+      type: input.type,
+      value: input.value,
+      checked: input.checked,
+      placeholder: input.placeholder,
+      range: [input.min, input.max, input.step].map(Number),
+      choices: input.options && [...input.options].map((one) => [one.value, one.text]),
+      panel: input.closest("details") ? "more" : input.closest("section").ariaLabel.toLowerCase(),
+    }));
+    assert.ok(shown.title.startsWith(option.hint), shown.title);
+    assert.ok(shown.title.includes(option.flag), shown.title);
+    assert.equal(shown.panel, option.panel, option.label);
+    if (option.slider) {
+      assert.deepEqual([shown.type, shown.range], ["range", [0, ...option.slider]]);
+      const value = option.curve === "square" ? Number(shown.value) ** 2 : Number(shown.value);
+      assert.equal(value, option.default);
+    } else if (option.kind === "flag") {
+      assert.deepEqual([shown.type, shown.checked], ["checkbox", option.default]);
+    } else if (option.kind === "choice") {
+      const open = option.default === null;
+      assert.deepEqual(shown.choices, [...(open ? [["", "Default"]] : []), ...option.choices]);
+      assert.equal(shown.value, option.default ?? "");
+      assert.ok(!open || shown.title.includes(`Default: ${option.usual}.`), shown.title);
+    } else {
+      assert.deepEqual([shown.tag, shown.value, shown.placeholder], ["INPUT", "", option.in_short]);
+      assert.ok(shown.title.includes(`Empty: ${option.usual}.`), shown.title);
+      // What lies beyond a bound is refused as it is typed.
+      const beyondBounds = [
+        ...(option.least === null ? [] : [option.least - 1]),
+        ...(option.most === null ? [] : [option.most + 1]),
+      ];
+      for (const beyond of beyondBounds) {
+        await control.fill(String(beyond));
+        await control.press("Enter");
+        assert.equal(await control.getAttribute("aria-invalid"), "true", `${option.label} ${beyond}`);
+        await control.press("Escape");
+        await until(() => control.getAttribute("aria-invalid"), null);
+        assert.equal(await control.inputValue(), "", `${option.label} ${beyond}`);
+      }
+    }
+  }
+  await more.click();
 
   // What says nothing is refused at once, with what would; Escape brings the old value back.
   const length = page.getByLabel("Length", { exact: true });

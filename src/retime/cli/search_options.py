@@ -35,7 +35,7 @@ def search_options(*, length: str, beside: Mapping[str, tuple[Decorator, ...]] |
         def packed(**given: Any) -> None:
             # An option that is not given is not passed on: guided_warp() has its own defaults.
             taken = {option.name: given.pop(option.name) for option in OPTIONS}
-            search = {name: value for name, value in taken.items() if value is not None and value is not False}
+            search = {name: value for name, value in taken.items() if value is not None}
             function(search=search, **given)
 
         made: list[Decorator] = []
@@ -55,7 +55,10 @@ def _made(option: Option, length: str) -> Decorator:
     usual = length if option.name == "length" else "" if option.usual == "none" else option.default_words
     common: dict[str, Any] = {"cls": SectionedOption, "section": option.section, "help": option.help}
     if option.kind == "flag":
-        return click.option(option.on_command_line, option.name, is_flag=True, **common)
+        turned = not option.default
+        return click.option(
+            option.on_command_line, option.name, is_flag=True, flag_value=turned, default=None, **common
+        )
     common |= {"metavar": option.metavar, "default_text": usual}
     if option.kind == "choice":
         choice = click.Choice([choice.value for choice in option.choices])

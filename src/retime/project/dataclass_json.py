@@ -11,7 +11,7 @@ import json
 import math
 import types
 from collections.abc import Mapping
-from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints, is_typeddict
 
 from retime.errors import FormatError
 
@@ -51,7 +51,7 @@ def from_value(kind: type[Value], value: Any, where: str) -> Value:
     ----------
     kind : type
         A dataclass, or one of bool, int, float, str, None, a Literal, a union of these, ``tuple[kind, ...]``, a tuple
-        of given kinds, or ``dict[str, kind]``.
+        of given kinds, ``dict[str, kind]``, or a TypedDict whose keys may all be left out; null is as good as that.
     value : object
         From `retime.strict_json.parse_json`.
     where : str
@@ -78,6 +78,8 @@ def _convert(kind: Any, value: Any, where: str) -> Any:
     if origin is dict:
         _check_object(value, where)
         return {key: _convert(get_args(kind)[1], item, f"{where}.{_name(key)}") for key, item in value.items()}
+    if is_typeddict(kind):
+        return _convert_given(kind, value, where)
     if dataclasses.is_dataclass(kind):
         return _convert_dataclass(kind, value, where)
     return _convert_plain(kind, value, where)
@@ -105,12 +107,22 @@ def _convert_tuple(kind: Any, value: Any, where: str) -> tuple[Any, ...]:
     return tuple(_convert(item, one, f"{where}[{i}]") for i, (item, one) in enumerate(zip(items, value, strict=True)))
 
 
+def _convert_given(kind: Any, value: Any, where: str) -> dict[str, Any]:
+    _check_object(value, where)
+    hints = _hints(kind)
+    _refuse_unknown(value, hints, where)
+    # In the order of the declaration: who writes it down writes the same, whatever came first.
+    return {
+        name: _convert(hint, value[name], f"{where}.{name}")
+        for name, hint in hints.items()
+        if value.get(name) is not None
+    }
+
+
 def _convert_dataclass(kind: Any, value: Any, where: str) -> Any:
     _check_object(value, where)
     fields = {field.name: field for field in dataclasses.fields(kind)}
-    for name in value:
-        if name not in fields:
-            raise FormatError(f"{where}: unknown field {_shown(name)}; it has {', '.join(fields)}")
+    _refuse_unknown(value, fields, where)
     hints, given = _hints(kind), {}
     for name, field in fields.items():
         if name in value:
@@ -150,6 +162,12 @@ def _convert_plain(kind: Any, value: Any, where: str) -> Any:
 def _check_object(value: Any, where: str) -> None:
     if not isinstance(value, dict):
         raise FormatError(f"{where}: expected an object, found {_shown(value)}")
+
+
+def _refuse_unknown(value: Mapping[str, Any], known: Mapping[str, Any], where: str) -> None:
+    for name in value:
+        if name not in known:
+            raise FormatError(f"{where}: unknown field {_shown(name)}; it has {', '.join(known)}")
 
 
 def _name(key: str) -> str:

@@ -1,15 +1,16 @@
 """What the editor edits: one value that says everything, from which clips to which keytimes.
 
-Times are in seconds from the first frame used of the clip (`input_time`) or of the output (`output_time`). Lengths and
-rates are text as on the command line, so that a document and a command line say the same in the same words.
+Times are in seconds from the first frame used of the clip (`input_time`) or of the output (`output_time`). Lengths,
+rates and speeds are text as on the command line, so that a document and a command line say the same in the same words.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
 
 from retime.errors import FormatError
+from retime.search.options import OPTIONS, Option
 
 # Letters of a name that a person gives, and of an id that the page makes.
 MAX_NAME = 200
@@ -158,55 +159,20 @@ class LockedTime:
     fastest: float = 1.0
 
 
-@dataclass(frozen=True)
-class Options:
-    """How the warp is found, and used; the names and defaults of `retime.guided_warp` and `retime warp`.
+def _held_by(option: Option) -> Any:
+    """Return the type that holds an option in a document."""
+    if option.kind == "choice":
+        return Literal[tuple(choice.value for choice in option.choices)]
+    # A curve of influence is for Python and the command line: the page has no place to show one.
+    held = {"influence": float, "number": float, "whole": int, "flag": bool}
+    return held.get(option.kind, str)
 
-    Attributes
-    ----------
-    method : {"guided", "linear", "spline"}
-        Search for a warp, or only join the keytimes.
-    rate : str, optional
-        Analysis rate, Hz.
-    max_skip, upsample : int, optional
-        Limits of the search; left out, what the keytimes need.
-    slowest, fastest : float, optional
-        Speed limits for the whole clip; both or none.
-    smoothness : float
-        Weight on changes of speed.
-    smoothing : int, optional
-        Output frames averaged to smooth the path's steps.
-    n_neighbors : int, optional
-        Reference frames averaged in a score.
-    time_scale : float, optional
-        How much velocity weighs against pose, seconds.
-    low_pass : float, optional
-        Cutoff of the filter that the analysis looks through, Hz.
-    features : {"torso", "heading", "signal"}, optional
-        What a pose is.
-    score : {"joint", "conditional"}
-        The local score.
-    loop : bool
-        The clip is a cycle and stays one.
-    average : bool
-        Average the input where it is sped up.
-    """
 
-    method: Literal["guided", "linear", "spline"] = "guided"
-    rate: str | None = None
-    max_skip: int | None = None
-    upsample: int | None = None
-    slowest: float | None = None
-    fastest: float | None = None
-    smoothness: float = 0.0
-    smoothing: int | None = None
-    n_neighbors: int | None = None
-    time_scale: float | None = None
-    low_pass: float | None = None
-    features: Literal["torso", "heading", "signal"] | None = None
-    score: Literal["joint", "conditional"] = "joint"
-    loop: bool = False
-    average: bool = True
+# The options of the search that were given, by their names: see `retime.search.options`, which declares them.
+if TYPE_CHECKING:
+    Options: TypeAlias = dict[str, str | float | bool]
+else:
+    Options = TypedDict("Options", {option.name: _held_by(option) for option in OPTIONS}, total=False)
 
 
 @dataclass(frozen=True)
@@ -239,17 +205,13 @@ class Document:
         In any order.
     locks : tuple of LockedTime
         In any order.
-    length : str, optional
-        Of the output: ``65%``, ``9.3s`` (a bare number too is seconds), ``280f`` (frames at the clip's rate) or
-        ``free``. Left out, the input plays on at its own speed after the last key.
-    min_length, max_length : str, optional
-        Bounds on a free length.
-    free_weight : {"neutral", "sum"}
-        How a free length weighs frames.
-    influence : float
-        From 0, the spline through the keytimes, to 1, the guided warp.
-    options : Options
-        How the warp is found and used.
+    method : {"guided", "linear", "spline"}
+        Search for a warp, or only join the keytimes.
+    average : bool
+        Average the input where it is sped up.
+    options : dict of str to value
+        Options of the search, by the names that `retime.search.options` declares; only what was given. What people
+        type (lengths, rates, speeds) is text.
     kept : tuple of KeptWarp
         Warps to compare with.
     """
@@ -258,12 +220,10 @@ class Document:
     references: tuple[ReferenceFile, ...] = ()
     keys: tuple[Key, ...] = ()
     locks: tuple[LockedTime, ...] = ()
-    length: str | None = None
-    min_length: str | None = None
-    max_length: str | None = None
-    free_weight: Literal["neutral", "sum"] = "neutral"
-    influence: float = 1.0
-    options: Options = field(default_factory=Options)
+    method: Literal["guided", "linear", "spline"] = "guided"
+    average: bool = True
+    # Equal documents have equal options, but a dict has no hash.
+    options: Options = field(default_factory=dict, hash=False)
     kept: tuple[KeptWarp, ...] = ()
 
     def __post_init__(self) -> None:

@@ -39,7 +39,7 @@ def export_motion(solution: Solution, clip: int, place: Path, *, overwrite: bool
     if not 0 <= clip < len(solution.sources.clips):
         raise OptionError(f"the document has {len(solution.sources.clips)} clips; there is no number {clip}")
     motion = solution.sources.clips[clip]
-    average = solution.document.options.average
+    average = solution.document.average
     if isinstance(motion, Signal):
         write(apply_warp(motion, solution.warp, average=average), place, overwrite=overwrite)
     else:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 from retime.errors import InfeasibleWarpError, OptionError, RetimeError, words_of
 from retime.project.document import Document
+from retime.search.options import BY_NAME
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,7 @@ class Fault:
     clip, reference : int, optional
         The place of a clip, of a reference, counted from 0.
     field : str, optional
-        The name of a value: ``length``, ``options.rate``.
+        The name of a value: ``options.rate``.
     """
 
     key: str | None = None
@@ -60,13 +59,9 @@ def blaming(fault: Fault) -> Iterator[None]:
         raise FaultyError(error, fault) from error
 
 
-def value_of(document: Document, name: str) -> Any:
-    """Return a value of a document by its name, such as ``length`` or ``options.rate``."""
-    return functools.reduce(getattr, name.split("."), document)
-
-
-# What an argument of `retime.guided_warp` is called in a document, where it is called otherwise.
-_FIELDS = {"speed": "options.fastest", "keys": None, "locks": None, "reference": None, "motion": None}
+def option_fault(name: str) -> Fault:
+    """Say that an option is at fault; of what is no option (keys, locks, clips) nothing can be said by its name."""
+    return Fault(field=f"options.{name}") if name in BY_NAME else Fault()
 
 
 def fault_of(error: Exception, document: Document, last: Document | None) -> Fault:
@@ -102,16 +97,12 @@ def fault_of(error: Exception, document: Document, last: Document | None) -> Fau
         # The keys stand where they stood: what was changed beside them leaves no way through.
         if locks := [lock for lock in document.locks if lock not in last.locks]:
             return Fault(lock=locks[-1].id)
-        for name in ("options.fastest", "options.slowest", "options.max_skip", "options.upsample"):
-            if value_of(document, name) != value_of(last, name):
-                return Fault(field=name)
-        if document.length is not None and document.length != last.length:
-            return Fault(field="length")
+        for name in BY_NAME:
+            if document.options.get(name) != last.options.get(name):
+                return option_fault(name)
     if suspects:
         return Fault(key=(changed or suspects)[-1].id)
     if error.option is None:
         # A span between keytimes, of which the ends are two: the last one stands where the length puts it.
-        return Fault(field="length") if error.output_times and document.length is not None else Fault()
-    known = {field.name for field in fields(Document)}
-    name = error.option if error.option in known else f"options.{error.option}"
-    return Fault(field=_FIELDS.get(error.option, name))
+        return option_fault("length") if error.output_times and "length" in document.options else Fault()
+    return option_fault(error.option)

@@ -14,12 +14,12 @@ from retime.errors import FormatError
 from retime.files import read_bytes, write_bytes
 from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import ClipFile, Document, ReferenceFile
+from retime.project.versions import read_old_document
 from retime.strict_json import parse_json
 from retime.warp.curve import Warp
 
-VERSION = 2
-# Documents of version 1 knew less of references; what they leave out has its default.
-_READS = (1, 2)
+VERSION = 3
+_OLD = (1, 2)
 SUFFIX = ".retime"
 _MOST_BYTES = 256 << 20
 
@@ -115,13 +115,17 @@ def _parse(data: bytes, folder: Path) -> Project:
     if not isinstance(value, dict) or value.get("format") != "retime-project":
         raise FormatError('expected a project: a JSON object with "format": "retime-project"')
     version = value.get("version")
-    if version not in _READS or isinstance(version, bool):
-        reads = ", ".join(map(str, _READS))
+    if version not in (*_OLD, VERSION) or isinstance(version, bool):
+        reads = ", ".join(map(str, (*_OLD, VERSION)))
         raise FormatError(f"project version {version!r} is not one that this program reads (it reads {reads})")
     unknown = value.keys() - {"format", "version", "document", "warps"}
     if unknown:
         raise FormatError(f"unknown field {min(unknown)[:40]!r}")
-    document = from_value(Document, value.get("document"), "document")
+    content = value.get("document")
+    if version in _OLD:
+        document = read_old_document(content, "document")
+    else:
+        document = from_value(Document, content, "document")
     warps = read_warps(value.get("warps", {}))
     for kept in document.kept:
         if kept.id not in warps:

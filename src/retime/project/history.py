@@ -43,10 +43,10 @@ class History:
     --------
     >>> from retime.project.document import ClipFile
     >>> history = History(Document((ClipFile("walk.bvh"),)))
-    >>> shorter = replace(history.present, length="65%")
+    >>> shorter = replace(history.present, options={"length": "65%"})
     >>> history = history.edit(shorter, label="set length")
-    >>> history.undo().present.length, history.undo().redo().present.length
-    (None, '65%')
+    >>> history.undo().present.options, history.undo().redo().present.options
+    ({}, {'length': '65%'})
     """
 
     start: Document

@@ -14,6 +14,7 @@ import secrets
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -23,10 +24,13 @@ from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import Document
 from retime.project.file import read_warps
 from retime.project.history import History
+from retime.project.versions import read_old_document
 from retime.strict_json import parse_json
 from retime.warp.curve import Warp
 
-VERSION = 1
+VERSION = 2
+# Its documents are of version 2 of the project file, or older.
+_OLD = 1
 # A journal larger than this, and than twice what its history needs, is written anew.
 _LARGE = 4 << 20
 
@@ -75,7 +79,11 @@ def read_journal(path: Path) -> Recovered:
     """
     lines = list(_whole_lines(read_bytes(path)))
     head = lines[0] if lines else None
-    if not isinstance(head, dict) or head.get("format") != "retime-journal" or head.get("version") != VERSION:
+    if (
+        not isinstance(head, dict)
+        or head.get("format") != "retime-journal"
+        or head.get("version") not in (_OLD, VERSION)
+    ):
         raise FormatError("not a journal that this program reads", path=path)
     try:
         return _replayed(head, lines[1:])
@@ -84,13 +92,14 @@ def read_journal(path: Path) -> Recovered:
 
 
 def _replayed(head: dict[str, Any], lines: list[dict[str, Any]]) -> Recovered:
-    history = History(from_value(Document, head["start"], "start"))
+    read = read_old_document if head["version"] == _OLD else partial(from_value, Document)
+    history = History(read(head["start"], "start"))
     warps: dict[str, Warp] = {}
     saves = []
     for line in lines:
         match line["did"]:
             case "edit":
-                document = from_value(Document, line["document"], "document")
+                document = read(line["document"], "document")
                 history = history.edit(
                     document, label=str(line["label"]), gesture=str(line["gesture"]), done=line["done"] is True
                 )

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
-
-import numpy as np
 
 from retime.brief import brief_repr
 from retime.errors import OptionError, RetimeWarning
-from retime.motion.grammar import parse_length, parse_speed
+from retime.motion.grammar import parse_length, parse_speed, parse_speeds
 from retime.motion.rate import parse_rate
 from retime.project.document import Document, Key
-from retime.project.faults import Fault, blaming
+from retime.project.faults import Fault, blaming, option_fault
 from retime.project.reader import AnyClip, Find, Reader, Sources, as_paths
+from retime.search import options
 from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
 from retime.search.result import GuidedWarp
 from retime.search.session import Session
@@ -75,44 +76,27 @@ class DocumentSolver:
             A file can't be read, or a value says nothing.
         """
         sources = self.read(document)
-        clip, options = sources.clips[0], document.options
+        clip, given = sources.clips[0], document.options
         keys = [key_of(key) for key in document.keys]
         _check_values(document, clip)
-        if options.method != "guided":
-            if document.length == "free":
+        if document.method != "guided":
+            length = given.get("length")
+            if length == "free":
                 raise OptionError(
-                    f"a free length needs a search; the method {options.method} has none", option="length"
+                    f"a free length needs a search; the method {document.method} has none", option="length"
                 )
-            with asking_for_a_share(clip, document.length):
-                keytimes = check_keytimes(as_keytimes(clip, document.length, keys), clip.end_time)
-            warp = linear_warp(keytimes) if options.method == "linear" else spline_warp(keytimes, rate=float(clip.rate))
+            with asking_for_a_share(clip, length):
+                keytimes = check_keytimes(as_keytimes(clip, length, keys), clip.end_time)
+            join = linear_warp if document.method == "linear" else partial(spline_warp, rate=float(clip.rate))
+            warp = join(keytimes)
             return Solution(document, sources, replace(warp, name=clip.name), None)
-        search = self._session(document, sources).solve(
-            length=document.length,
-            keys=keys,
-            min_length=document.min_length,
-            max_length=document.max_length,
-            free_weight=document.free_weight,
-            locks=_locks(document),
-            speed=_speed_limits(document),
-            smoothness=options.smoothness,
-            influence=document.influence,
-            loop=options.loop,
-            **_given(max_skip=options.max_skip, upsample=options.upsample, smoothing=options.smoothing),
-        )
+        search = self._session(document, sources).solve(keys=keys, locks=_locks(document), **_given(document, "solve"))
         return Solution(document, sources, replace(search.warp, name=clip.name), search)
 
     def _session(self, document: Document, sources: Sources) -> Session:
-        options = document.options
         searched = tuple(i for i, file in enumerate(document.clips) if file.role == "search")
-        settings = _given(
-            rate=options.rate,
-            n_neighbors=options.n_neighbors,
-            time_scale=options.time_scale,
-            low_pass=options.low_pass,
-            features=options.features,
-        )
-        key = (id(sources), searched, options.score, *sorted(settings.items()))
+        settings = _given(document, "analysis")
+        key = (id(sources), searched, *sorted(settings.items()))
         if self._analysed is None or self._analysed[0] != key:
             # Let go of the old analysis before the new one takes its memory.
             self._analysed = None
@@ -120,27 +104,29 @@ class DocumentSolver:
             session = Session(
                 clips if len(clips) > 1 else clips[0],
                 reference=list(sources.references) or None,
-                score=options.score,
                 **settings,
             )
             self._analysed = key, session
         return self._analysed[1]
 
 
-def _given(**options: Any) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
+def _given(document: Document, stage: options.Stage) -> dict[str, Any]:
+    """Return those options of a stage that a document gives."""
+    return {name: document.options[name] for name in options.names(stage) if name in document.options}
 
 
 def _check_values(document: Document, clip: AnyClip) -> None:
     """Refuse a value that says no length, rate or speed; say which it is."""
-    for name in ("length", "min_length", "max_length"):
-        text = getattr(document, name)
-        if text is not None and (text != "free" or name != "length"):
-            with blaming(Fault(field=name)):
-                parse_length(text, clip.n_frames, clip.rate)
-    if document.options.rate is not None:
-        with blaming(Fault(field="options.rate")):
-            parse_rate(document.options.rate)
+    readers: dict[str, Callable[[Any], object]] = {
+        "length": lambda text: parse_length(text, clip.n_frames, clip.rate),
+        "rate": parse_rate,
+        "speeds": parse_speeds,
+    }
+    for name, value in document.options.items():
+        read = readers.get(options.BY_NAME[name].kind)
+        if read is not None and (name, value) != ("length", "free"):
+            with blaming(option_fault(name)):
+                read(value)
     for key in document.keys:
         if key.speed is not None:
             with blaming(Fault(key=key.id)):
@@ -153,13 +139,6 @@ def _locks(document: Document) -> list[Lock]:
         with blaming(Fault(lock=lock.id)):
             found.append(Lock(lock.start, lock.end, lock.slowest, lock.fastest))
     return found
-
-
-def _speed_limits(document: Document) -> tuple[float, float] | None:
-    slowest, fastest = document.options.slowest, document.options.fastest
-    if slowest is None and fastest is None:
-        return None
-    return slowest or 0.0, np.inf if fastest is None else fastest
 
 
 def key_of(key: Key) -> tuple[float, float] | tuple[float, float, float]:

@@ -1,7 +1,8 @@
 """Every option of the search, declared once.
 
 The command line, the editor's document and the fields of its page are made from this list; `retime.guided_warp` keeps
-a signature of its own, and a test compares the two. Defaults stand here and nowhere else.
+a signature of its own, and a test compares the two. Defaults stand here and nowhere else. CONTRIBUTING.md says how to
+add an option.
 """
 
 from __future__ import annotations
@@ -67,10 +68,13 @@ class Option:
         Where it stands on the page: under Timing, Search, or More.
     usual : str
         The default in words, where it is not one plain value.
+    in_short : str
+        The same in a word or two, where that is too long for an empty field of the page.
     unit : str
-        Of a number.
+        Of a number; people may type it, and read it after the default.
     least, most : float
-        Bounds of a number, included.
+        Bounds of a number, included. Those of a rate hold for the page alone, where nobody could stop a search that
+        takes for ever.
     slider : (float, float), optional
         On the page a slider from 0 to the first number, in steps of the second; left out, a field.
     curve : {"straight", "square"}
@@ -78,7 +82,7 @@ class Option:
     choices : tuple of Choice
         The values of a choice.
     flag : str
-        On the command line; left out, the name with dashes.
+        On the command line; left out, the name with dashes (and before them "no", where a flag is set by default).
     metavar : str
         What stands for its value in help.
     needs_free : bool
@@ -95,6 +99,7 @@ class Option:
     hint: str
     panel: Panel
     usual: str = ""
+    in_short: str = ""
     unit: str = ""
     least: float = -math.inf
     most: float = math.inf
@@ -108,14 +113,18 @@ class Option:
     @property
     def on_command_line(self) -> str:
         """Its flag."""
-        return self.flag or f"--{self.name.replace('_', '-')}"
+        return self.flag or f"--{'no-' if self.default is True else ''}{self.name.replace('_', '-')}"
 
     @property
     def default_words(self) -> str:
         """What holds where it is left out, in words."""
         if self.usual:
             return self.usual
-        return f"{self.default:g}" if isinstance(self.default, float | int) else str(self.default)
+        if self.kind == "flag":
+            return "on" if self.default else "off"
+        if self.kind == "choice":
+            return str(self.default)
+        return f"{self.default:g} {self.unit}".rstrip()
 
     def checked(self, value: Any) -> Any:
         """Return a value as the search wants it: a number of NumPy's, say, as a plain one.
@@ -154,14 +163,15 @@ OPTIONS: tuple[Option, ...] = (
         name="length",
         kind="length",
         default=None,
-        usual="as the keytimes say",
+        usual="as the keytimes say; after the last one the input plays on",
+        in_short="as the keytimes say",
         stage="solve",
         section="Keytimes",
         metavar="L",
         help="Length of the output: 65%, 9.3 (seconds) or 280f (frames at the clip's rate), or free: the search finds "
         "it.",
         label="Length",
-        hint="65%, 9.3, 280f or free. Empty: after the last keytime the input plays on",
+        hint="65%, 9.3 (seconds), 280f, 0:09.3 or free: the search finds it",
         panel="timing",
     ),
     Option(
@@ -174,7 +184,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="L",
         help="With --length free: no shorter than this.",
         label="At least",
-        hint="A free length is no shorter than this: 50%, 4s, 120f. Empty: no bound",
+        hint="A free length is no shorter than this: 65%, 9.3 (seconds), 280f",
         panel="timing",
         needs_free=True,
     ),
@@ -188,7 +198,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="L",
         help="With --length free: no longer than this.",
         label="At most",
-        hint="A free length is no longer than this: 150%, 9s, 280f. Empty: no bound",
+        hint="A free length is no longer than this: 65%, 9.3 (seconds), 280f",
         panel="timing",
         needs_free=True,
     ),
@@ -200,8 +210,8 @@ OPTIONS: tuple[Option, ...] = (
         section="Keytimes",
         metavar="NAME",
         help="With --length free: weigh both clocks alike, or the paper's plain sum, which favours short results.",
-        label="Weigh",
-        hint="How a free length weighs what it shows",
+        label="Weighed",
+        hint="What makes one free length better than another",
         panel="timing",
         choices=(Choice("neutral", "Both clocks alike"), Choice("sum", "Plain sum (the paper's)")),
         needs_free=True,
@@ -214,7 +224,7 @@ OPTIONS: tuple[Option, ...] = (
         section="Control",
         metavar="V",
         help="From 0 (spline through the keytimes) to 1 (guided), or a curve over output time: 0s=0,2s=1.",
-        label="Guided",
+        label="Influence",
         hint="1 follows the search; 0 is the spline through the keytimes, as drawn by hand",
         panel="timing",
         least=0.0,
@@ -230,7 +240,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="W",
         help="Weight on changes of log-speed, in median scores.",
         label="Smoothness",
-        hint="How much a change of speed costs the search",
+        hint="How much a change of speed costs: the more, the fewer changes",
         panel="timing",
         least=0.0,
         slider=(4.0, 0.05),
@@ -246,7 +256,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="LO..HI",
         help="Slowest and fastest playback speed, such as 1/4..8; sets upsample and max_skip.",
         label="Speed limits",
-        hint="Slowest and fastest for the whole clip: 1/2..2. Empty: none",
+        hint="Slowest and fastest for the whole clip: 1/2..2, 50%..200%, ..2",
         panel="timing",
     ),
     Option(
@@ -281,8 +291,8 @@ OPTIONS: tuple[Option, ...] = (
         section="Method",
         metavar="NAME",
         help="priced, layered: exact. heuristic: the paper's, from coarse to fine; its excess is reported.",
-        label="Search",
-        hint="Exact, or from coarse to fine as the paper does",
+        label="Exactness",
+        hint="The best way there is, or a good one sooner, as the paper finds it",
         panel="more",
         choices=(
             Choice("priced", "Exact"),
@@ -312,13 +322,13 @@ OPTIONS: tuple[Option, ...] = (
         name="rate",
         kind="rate",
         default=None,
-        usual="30",
+        usual="30 Hz",
         stage="analysis",
         section="Method",
         metavar="R",
         help="Analysis rate, Hz; the output keeps the clip's own rate.",
-        label="Looks a second",
-        hint="How often a second the search looks at the motion: 30, 29.97. The output keeps the clip's own rate",
+        label="Search rate",
+        hint="How many frames a second the search looks at: 30, 29.97. The output keeps the clip's own rate",
         panel="search",
         unit="Hz",
         least=1.0,
@@ -329,12 +339,13 @@ OPTIONS: tuple[Option, ...] = (
         kind="whole",
         default=None,
         usual="8, 16 for another reference, or more where the length needs it",
+        in_short="as needed",
         stage="solve",
         section="Method",
         metavar="N",
         help="Largest step between neighbouring frames of the path: no speed beyond max_skip / upsample.",
-        label="Longest skip",
-        hint="The largest step between frames that the search may take (max_skip)",
+        label="Longest step",
+        hint="How many frames the search may leap to the next one it shows: the more, the faster it may play",
         panel="more",
         least=1,
         most=MAX_STEP,
@@ -344,12 +355,13 @@ OPTIONS: tuple[Option, ...] = (
         kind="whole",
         default=None,
         usual="1 where nothing gets slower, else 4 or more; 8 for another reference",
+        in_short="as needed",
         stage="solve",
         section="Method",
         metavar="U",
         help="Input frames offered per analysis period: no speed below 1/U.",
-        label="Slowest part",
-        hint="The search may slow down to one part in so many (upsample)",
+        label="Finest step",
+        hint="Into how many parts the search may divide a frame: 4 lets it play at a quarter of the speed",
         panel="more",
         least=1,
     ),
@@ -363,7 +375,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="K",
         help="Reference frames averaged in a score.",
         label="Neighbours",
-        hint="Reference frames averaged in a score",
+        hint="With how many frames of the reference each frame is compared",
         panel="more",
         least=1,
     ),
@@ -377,7 +389,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="S",
         help="How much velocity and acceleration weigh against pose, seconds.",
         label="Time scale",
-        hint="How much velocity weighs against pose, seconds",
+        hint="How much the speed of the body counts beside its pose, in seconds",
         panel="more",
         unit="s",
         least=0.0,
@@ -391,7 +403,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="HZ",
         help="Cutoff of the filter that the analysis looks through, Hz; 0 is off.",
         label="Low-pass",
-        hint="Cutoff of the filter that the search looks through, Hz; 0 is off",
+        hint="Shaking that is faster than this, in Hz, is not looked at; 0: all is",
         panel="more",
         unit="Hz",
         least=0.0,
@@ -405,7 +417,7 @@ OPTIONS: tuple[Option, ...] = (
         metavar="N",
         help="Output frames, at the analysis rate, averaged to smooth the path's steps; 0 is off.",
         label="Smoothing",
-        hint="Output frames averaged to smooth the steps of the curve; 0 is off",
+        hint="Over how many of its frames the search evens out the speed; 0: it does not",
         panel="more",
         least=0,
     ),

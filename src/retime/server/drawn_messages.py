@@ -106,7 +106,7 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
         revision=revision,
         rate=rate,
         n_output=len(output_frame_times(warp, rate)),
-        method=solution.document.options.method,
+        method=solution.document.method,
         analysis_rate=rate if search is None else search.rate,
         max_skip=0 if search is None else search.max_skip,
         upsample=0 if search is None else search.upsample,

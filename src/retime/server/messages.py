@@ -29,7 +29,7 @@ from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import Document
 from retime.strict_json import parse_json
 
-VERSION = 2
+VERSION = 3
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -290,7 +290,7 @@ class Problem:
     clip, reference : int, optional
         The place in the document of the clip or reference at fault, where it is one.
     field : str, optional
-        The name in the document of the value at fault, where it is one: ``length``, ``options.rate``.
+        The name in the document of the value at fault, where it is one: ``options.rate``.
     """
 
     revision: int

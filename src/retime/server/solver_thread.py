@@ -181,7 +181,7 @@ class SolverThread:
             plot_with_baselines(
                 solution.warp,
                 solution.sources.clips[0],
-                method=document.options.method,
+                method=document.method,
                 explanation=None if solution.search is None else solution.search.explain(),
                 path=place,
                 overwrite=message.overwrite,

@@ -95,6 +95,23 @@ export function textField(label: string, hint: string, commit: (text: string) =>
   };
 }
 
+/** Put under a row what is wrong with the value that it shows. */
+export function blamable(
+  row: HTMLElement,
+  input: HTMLElement,
+): { root: HTMLElement; blame(message: string | null): void } {
+  const trouble = make("p", { id: `retime-trouble-${++count}`, class: "refused", hidden: true });
+  return {
+    root: make("div", {}, row, trouble),
+    blame(message) {
+      setText(trouble, message ?? "");
+      trouble.hidden = message === null;
+      setAttribute(input, "aria-describedby", message === null ? null : trouble.id);
+      setAttribute(input, "aria-invalid", message === null ? null : "true");
+    },
+  };
+}
+
 export interface Slider {
   readonly row: HTMLElement;
   readonly input: HTMLInputElement;
@@ -131,6 +148,7 @@ export function slider(
 
 export interface Check {
   readonly row: HTMLElement;
+  readonly input: HTMLInputElement;
   show(on: boolean): void;
 }
 
@@ -139,6 +157,7 @@ export function check(label: string, hint: string, change: (on: boolean) => void
   input.addEventListener("change", () => change(input.checked));
   return {
     row: make("label", { class: "check", title: hint }, input, label),
+    input,
     show(on) {
       input.checked = on;
     },

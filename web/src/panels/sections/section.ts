@@ -5,7 +5,6 @@ import { make } from "../../dom";
 import type { Document, Problem } from "../../messages";
 import type { Store } from "../../store";
 import type { Dialogs } from "../dialogs/dialogs";
-import type { Field } from "../fields";
 
 /** What a section is made with. */
 export interface Side {
@@ -45,12 +44,11 @@ export function documentOf(store: Store): Document {
 
 /** The fields whose value may be at fault, by their names in the document. */
 export class FaultyFields {
-  private readonly fields = new Map<string, Field>();
+  private readonly fields = new Map<string, { blame(message: string | null): void }>();
 
-  /** Note a field; returns it. */
-  named(name: string, field: Field): Field {
+  /** Note what can say that it is at fault. */
+  named(name: string, field: { blame(message: string | null): void }): void {
     this.fields.set(name, field);
-    return field;
   }
 
   /** Say beside the field at fault what is wrong with it. */

@@ -1,6 +1,6 @@
 /** The end of the output: pulled, it makes the clip longer or shorter. */
 
-import { lengthInFrames, setLength } from "../../document";
+import { lengthInFrames, setOption } from "../../document";
 import { clamp } from "../../scale";
 import type { Drag } from "../drag";
 import { inputY } from "../layout";
@@ -39,7 +39,7 @@ export class EndHandle {
     return hand.gesture("set length", (dx) => {
       const { from, to } = hand.scales.output;
       const seconds = (dx / hand.layout.map.width) * (to - from);
-      return setLength(hand.document, lengthInFrames(start + seconds, hand.store.rate));
+      return setOption(hand.document, "length", lengthInFrames(start + seconds, hand.store.rate));
     });
   }
 
@@ -47,6 +47,10 @@ export class EndHandle {
     const { hand } = this;
     const { rate, knots } = hand.store;
     if (!knots) return;
-    hand.nudge("end", setLength(hand.document, lengthInFrames(hand.outputEnd + by / rate, rate)), "set length");
+    hand.nudge(
+      "end",
+      setOption(hand.document, "length", lengthInFrames(hand.outputEnd + by / rate, rate)),
+      "set length",
+    );
   }
 }
