@@ -56,7 +56,8 @@ if TYPE_CHECKING:
     from retime.search.session import Session
     from retime.search.wishes.locks import Lock
     from retime.warp.apply import apply_warp
-    from retime.warp.curve import Keytime, Warp
+    from retime.warp.curve import Warp
+    from retime.warp.keytime import Keytime
     from retime.warp.slip import SlipReport, retimed_slip
     from retime.warp.spline import linear_warp, spline_warp
 
@@ -90,7 +91,7 @@ _HOMES = {
     "SlipReport": "retime.warp.slip",
     "apply_warp": "retime.warp.apply",
     "retimed_slip": "retime.warp.slip",
-    "Keytime": "retime.warp.curve",
+    "Keytime": "retime.warp.keytime",
     "Warp": "retime.warp.curve",
     "GuidedWarp": "retime.search.result",
     "Lock": "retime.search.wishes.locks",

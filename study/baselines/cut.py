@@ -7,7 +7,8 @@ import numpy as np
 from retime.errors import InfeasibleWarpError
 from retime.evaluate.metrics.stillness import activity
 from retime.motion.motion import Motion
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 
 
 def cut_idle(motion: Motion, n_output: int) -> Warp:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from retime.errors import InfeasibleWarpError
 from retime.evaluate.metrics import Spans
 from retime.motion.motion import Motion
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 from retime.warp.spline import spline_warp
 from study.clips.blows import WRISTS, fast_spans
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from retime.motion.motion import Motion
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 from retime.warp.spline import linear_warp
 
 

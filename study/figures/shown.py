@@ -15,7 +15,8 @@ from retime.evaluate.metrics.stillness import idle_spans
 from retime.evaluate.metrics.walking import WalkedStep, WalkSpeeds, walk_speeds, walked_steps, walking_spans
 from retime.motion.contacts import Contacts, contacts
 from retime.motion.motion import Motion
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 from study.clips.blows import WRISTS
 
 

@@ -8,7 +8,8 @@ from retime.motion.motion import Motion
 from retime.motion.rotation import identity
 from retime.motion.signal import Signal
 from retime.motion.skeleton import EndSite, Skeleton
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 
 RATE = 60
 GRAVITY = 9.81

@@ -17,7 +17,7 @@ from retime.search.keytimes import as_keytimes, check_keytimes
 from retime.search.path_curve import _bounded, knots_of_path
 from retime.search.reduction import Reduction, reduce_to_compression
 from retime.search.wishes.kept import speed_bounds
-from retime.warp.curve import Keytime, keytime_of
+from retime.warp.keytime import Keytime, keytime_of
 from tests.reference import keytimes as literal
 from tests.warp.motions import wandering_signal
 

@@ -10,7 +10,7 @@ from retime.errors import InfeasibleWarpError
 from retime.search.reduction import Reduction, reduce_to_compression
 from retime.search.score import build_model, triple_scores
 from retime.search.score_table import ScoreTable, score_table
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 
 RATE, DURATION = 30.0, 8.0
 

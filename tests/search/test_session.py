@@ -26,7 +26,7 @@ from retime.search.score import triple_scores
 from retime.search.session import Session
 from retime.search.wishes.locks import Lock
 from retime.warp.apply import apply_warp
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 from retime.warp.spline import linear_warp
 from tests.reference import wishes as literal
 from tests.reference.wishes import Wishes

@@ -15,7 +15,9 @@ from hypothesis import strategies as st
 from retime.motion.signal import Signal
 from retime.search.guided import guided_warp
 from retime.search.session import GuidedWarp, Session
-from retime.warp.curve import Keytime, Warp, blend
+from retime.warp.blend import blend
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 from retime.warp.spline import spline_warp
 
 RATE = 60

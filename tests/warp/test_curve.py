@@ -14,7 +14,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from retime.errors import FormatError, InfeasibleWarpError, OptionError, OutputExistsError, RetimeWarning
-from retime.warp.curve import Keytime, Warp, add_times, blend
+from retime.warp.blend import blend
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
+from retime.warp.knots import add_times
 from tests.reference import curve as literal
 
 NTSC = Fraction(24000, 1001)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from retime import Keytime, OptionError, Warp, linear_warp
-from retime.warp.curve import keytime_of
+from retime.warp.keytime import keytime_of
 
 
 def test_names_say_which_time_is_which_in_any_order() -> None:

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 from retime.warp.spline import linear_warp, pchip_slopes, spline_warp
 
 

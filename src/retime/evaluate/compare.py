@@ -15,7 +15,8 @@ from retime.evaluate.metrics.flights import flight_spans, flight_timing
 from retime.evaluate.naming import name_warps
 from retime.motion.motion import Motion
 from retime.svg import INKS, Panel, stacked, thinned
-from retime.warp.curve import Warp, WarpLike, add_times
+from retime.warp.curve import Warp, WarpLike
+from retime.warp.knots import add_times
 
 if TYPE_CHECKING:
     import pandas as pd

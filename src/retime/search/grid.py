@@ -10,7 +10,7 @@ from retime.kernels.steps import MAX_STEP
 from retime.search.reduction import SLOWEST_SEARCHED, Reduction
 from retime.search.wishes.asked import Wishes
 from retime.search.wishes.upsampling import upsample_for
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 
 DEFAULT_MAX_SKIP = 8
 # Frames offered per analysis period where a motion may slow down. Another's timing is met two to three times as closely

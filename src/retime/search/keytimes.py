@@ -15,7 +15,7 @@ from retime.brief import kind_of
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.motion.any_motion import AnyMotion
 from retime.motion.grammar import factor_hint, parse_length, parse_speed, parse_time, read_key
-from retime.warp.curve import Keytime, check_speed
+from retime.warp.keytime import Keytime, check_speed
 
 # A length this many times shorter than the input may have been meant as a factor.
 _HARDLY_MEANT = 8

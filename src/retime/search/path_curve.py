@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.search.reduction import Reduction
-from retime.warp.curve import Warp, add_times
+from retime.warp.curve import Warp
+from retime.warp.knots import add_times
 
 
 def knots_of_path(

@@ -19,7 +19,7 @@ from retime.search.wishes.feasible import check_counts, least_max_skip, length_w
 from retime.search.wishes.locks import LockedSpan, locked_spans
 from retime.search.wishes.steps import Named, slowest_words
 from retime.search.wishes.upsampling import MAX_UPSAMPLE, upsample_for
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 
 Upsamples = int | tuple[int, ...]
 

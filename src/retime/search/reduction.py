@@ -18,7 +18,7 @@ from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.search.keytimes import check_keytimes
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 
 # Frames of the unrolled input: weeks of motion, or a slow-down that no clip needs.
 MOST_FRAMES = 50_000_000

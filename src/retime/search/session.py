@@ -43,7 +43,9 @@ from retime.search.wishes.asked import Wishes
 from retime.search.wishes.kept import kept_positions, kept_speeds, speed_bounds
 from retime.search.wishes.locks import Lock
 from retime.search.wishes.prices import add_smoothness, neutral_weights, weigh_neutral
-from retime.warp.curve import Keytime, Warp, blend
+from retime.warp.blend import blend
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 from retime.warp.spline import spline_warp
 
 DEFAULT_RATE = 30

@@ -13,7 +13,9 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.errors import InfeasibleWarpError, RetimeWarning
 from retime.motion.rate import parse_rate
-from retime.warp.curve import Keytime, KeytimeLike, Warp, add_times, check_speed, keytimes_of
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime, KeytimeLike, check_speed, keytimes_of
+from retime.warp.knots import add_times
 
 
 def linear_warp(keytimes: Sequence[KeytimeLike]) -> Warp:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from retime.evaluate.metrics.keytimes import match_keytimes
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 
 
 def keys(*pairs: tuple[float, float]) -> list[Keytime]:

@@ -14,7 +14,8 @@ from retime import Motion, guided_warp, plot_warps, read
 from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
 from retime.motion.signal import Signal
 from retime.search.keytimes import as_keytimes
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 from retime.warp.spline import linear_warp, spline_warp
 from tests.evaluate.figures import GRAVITY, jumper, keeping_flight, ramp
 

@@ -23,7 +23,7 @@ from retime.search.wishes.allowed import allowed_steps, end_costs, forbid
 from retime.search.wishes.feasible import check_counts, steps_fit
 from retime.search.wishes.locks import Lock, locked_spans
 from retime.search.wishes.prices import add_smoothness
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 from tests.reference import wishes as literal
 from tests.reference.paths import every_path
 from tests.reference.wishes import Wishes

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,8 @@ from retime.evaluate.plot.style import Pen, shown
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
-from retime.warp.curve import Keytime, Warp
+from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,7 +22,8 @@ from retime.files import write_bytes
 from retime.motion.any_motion import AnyMotion
 from retime.motion.signal import Signal
 from retime.search.explain import Explanation
-from retime.warp.curve import Keytime, KeytimeLike, Warp, WarpLike, keytimes_of
+from retime.warp.curve import Warp, WarpLike
+from retime.warp.keytime import Keytime, KeytimeLike, keytimes_of
 from retime.warp.spline import linear_warp, spline_warp
 
 if TYPE_CHECKING:

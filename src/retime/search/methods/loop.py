@@ -12,7 +12,7 @@ from retime.arrays import FloatArray
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.search.methods.exact import PathTask
 from retime.search.path import FramePath
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 
 
 def check_loop(keytimes: Sequence[Keytime], search: str) -> None:

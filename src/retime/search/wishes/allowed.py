@@ -15,7 +15,7 @@ from retime.errors import OptionError
 from retime.search.reduction import Reduction
 from retime.search.wishes.locks import LockedSpan
 from retime.search.wishes.steps import NOTHING_NAMED, Named, fixed_step, playable, steps_between
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 
 
 def allowed_steps(
