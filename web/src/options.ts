@@ -210,7 +210,7 @@ export const OPTIONS: readonly Option[] = [
     most: null,
     slider: null,
     curve: "straight",
-    choices: [{"value": "priced", "label": "Exact"}, {"value": "layered", "label": "Exact, the paper's recurrence"}, {"value": "heuristic", "label": "From coarse to fine (the paper's)"}],
+    choices: [{"value": "priced", "label": "Exact"}, {"value": "layered", "label": "Exact, as in the paper"}, {"value": "heuristic", "label": "Coarse to fine (paper)"}],
     needsFree: false,
   },
   {

@@ -296,8 +296,8 @@ OPTIONS: tuple[Option, ...] = (
         panel="more",
         choices=(
             Choice("priced", "Exact"),
-            Choice("layered", "Exact, the paper's recurrence"),
-            Choice("heuristic", "From coarse to fine (the paper's)"),
+            Choice("layered", "Exact, as in the paper"),
+            Choice("heuristic", "Coarse to fine (paper)"),
         ),
     ),
     Option(

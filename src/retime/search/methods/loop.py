@@ -24,7 +24,9 @@ def check_loop(keytimes: Sequence[Keytime], search: str) -> None:
         Its ends run in different directions, or have different tangents, or the search can't keep a loop.
     """
     if search == "heuristic":
-        raise OptionError("the heuristic search can't keep a loop: use search='priced'", option="search")
+        raise OptionError(
+            "the search from coarse to fine (heuristic) can't keep a loop: take an exact one (priced)", option="search"
+        )
     first, last = (np.sign(b.input_time - a.input_time) for a, b in (keytimes[:2], keytimes[-2:]))
     if first != last:
         words = {1.0: "plays forward", 0.0: "holds", -1.0: "runs backward"}
