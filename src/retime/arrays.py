@@ -22,7 +22,7 @@ _LOST = {
 
 
 def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidMotionError) -> FloatArray:
-    """Take real numbers, and refuse what NumPy would make some of without a word (an imaginary part, a mask, a unit).
+    """Take real numbers; refuse what NumPy would turn into them silently, losing an imaginary part, a mask or a unit.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidM
     try:
         array = np.asarray(values)
         if array.dtype == object and any(value is None for value in array.ravel()):
-            # NumPy makes a NaN of it.
+            # NumPy would make a NaN of it.
             raise TypeError("None is not a number")
         if (lost := _LOST.get(array.dtype.kind)) is None:
             return np.asarray(array, dtype=np.float64)

@@ -13,7 +13,7 @@ from collections.abc import Collection, Mapping
 from fractions import Fraction
 from typing import Any
 
-# Letters of one field's value, and items of a tuple that is written out.
+# The most letters of one field's value, and the most items of a tuple, that are written out.
 _LONGEST, _MOST_ITEMS = 72, 4
 
 

@@ -102,7 +102,7 @@ def _rename_to_free_name(beside: Path, place: Path, path: Path) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Put on the disk which names a folder holds."""
+    """Make sure that a folder's list of names is on the disk."""
     if os.name == "nt":
         return
     handle = os.open(folder, os.O_RDONLY)

@@ -48,7 +48,7 @@ def frame_positions(
         raise OptionError(f"time {int(np.argwhere(np.isnan(times.ravel()))[0, 0])} of {times.size} is not a number")
     place = np.clip(times * float(rate), 0.0, n_frames - 1)
     whole = np.round(place)
-    # Far into a long motion a frame's own time, in floating point, is off by more than the billionth.
+    # Far into a long motion the rounding of a frame's own time is more than that billionth.
     place = np.where(np.abs(place - whole) < 1e-9 + 1e-15 * place, whole, place)
     before = np.floor(place).astype(np.intp)
     after = np.minimum(before + 1, n_frames - 1)

@@ -41,7 +41,7 @@ class Panel:
     """One set of axes."""
 
     def __init__(self, title: str, x0: float, x1: float, y0: float, y1: float, *, of: str = "s of output") -> None:
-        # A single frame, or a constant, has no width: anything but 0 will do.
+        # The axis of a single frame, or of a constant, has no length; any but 0 will do.
         self._x = float(x0), float(x1) if x1 > x0 else x0 + 1.0
         self._y = float(y0), float(y1) if y1 > y0 else y0 + 1.0
         bottom = _TOP + _HEIGHT
@@ -73,7 +73,7 @@ class Panel:
     def bar(self, x0: float, x1: float, y: float, *, ink: str = INK) -> None:
         """Draw a bar along a level."""
         (left, place), (right, _) = self._place(x0, y), self._place(x1, y)
-        # What lasts a frame is still seen.
+        # Wide enough to be seen, however short.
         width = max(right - left, 1.5)
         self._parts.append(f'<rect x="{left:.1f}" y="{place - 4:.1f}" width="{width:.1f}" height="8" fill="{ink}"/>')
 

@@ -21,7 +21,7 @@ from retime.warp.knots import add_times
 if TYPE_CHECKING:
     import pandas as pd
 
-# As far from a speed as rounding may take it.
+# Speeds that differ by less are the same, but for rounding.
 _SAME_SPEED = 1e-6
 
 

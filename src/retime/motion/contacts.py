@@ -139,7 +139,7 @@ class Contacts:
             )
 
     def where_held(self) -> Contacts:
-        """Leave of each contact what its foot is held for."""
+        """Return the contacts cut down to the frames in which the foot is held, and does not roll."""
         return Contacts(self.feet, cast(BoolArray, self.held), self.rate)
 
     def at(self, input_times: ArrayLike) -> Contacts:
@@ -316,13 +316,13 @@ def _without_flicker(at_rest: BoolArray, gap: float, least: float) -> BoolArray:
 
 def named_feet(names: Sequence[str]) -> tuple[Foot, ...]:
     """Find the joints that names call feet or toes (see `retime.motion.joint_names`); none where they don't."""
-    # All that are called so: which of two is the first says nothing.
+    # Where a name repeats, every joint of that name: which comes first in a file says nothing.
     parts = enumerate(body_parts(names, repeated=True))
     return tuple(Foot(joint) for joint, part in parts if part is not None and part.base in ("foot", "toes"))
 
 
 def _joints(names: Sequence[str], name: str) -> list[int]:
-    """Find all joints that are called so: files may repeat a name."""
+    """Find all joints of a name: files may repeat one."""
     if name not in names:
         raise OptionError(f"no joint is called {name!r}{near_names(name, names)}")
     return [joint for joint, other in enumerate(names) if other == name]
@@ -363,7 +363,7 @@ def lowest_around(values: FloatArray, reach: int) -> FloatArray:
 
 
 def runs(column: BoolArray) -> list[tuple[int, int]]:
-    """First frame of each run of True, and the frame after its last."""
+    """List the runs of True: the first frame of each, and the frame after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], column.astype(np.int8), [0]])))
     return [(int(first), int(stop)) for first, stop in edges.reshape(-1, 2)]
 

@@ -9,12 +9,12 @@ from retime.arrays import FloatArray
 from retime.motion import rotation
 
 _AXIS = {"X": 0, "Y": 1, "Z": 2}
-# Radians. Two rotations closer than this are written alike: it is below the sixth decimal of a degree.
+# Radians. Rotations closer than this are written alike, for files have six decimals of a degree.
 _SAME = 1e-9
 
 
 def angle_between(a: ArrayLike, b: ArrayLike) -> FloatArray:
-    """Measure the rotation from one to the other.
+    """Measure the angle between two rotations.
 
     Parameters
     ----------

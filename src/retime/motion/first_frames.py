@@ -10,10 +10,12 @@ from retime.errors import RetimeWarning
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
 
-# Such frames are one, or a few; and one that many joints leave by this many degrees is no frame of a movement,
+# There are one or a few of such frames. In the step from the last of them many joints turn by this many degrees at
+# least, as they don't in a movement.
 _MOST_FRAMES = 3
 _LEAST_JUMP = 25.0
-# unless all of the next second is as wild (a low rate, a depth camera): there no step is a third of it.
+# But where all of the next second is as wild (a low rate, a depth camera) that is how it moves: the step must be three
+# times as large as any that follows.
 _LEAST_RATIO = 3.0
 _SECONDS_AFTER, _FRAMES_AFTER = 1.0, 8
 # A single joint may turn over between two frames (Euler angles at their limit); so many don't at once.
@@ -36,7 +38,7 @@ def frames_before_capture(motion: Motion) -> int:
 
 
 def _before_capture(motion: Motion) -> tuple[int, float, float]:
-    """How many frames, the degrees of the jump after them, and the most of the steps that follow."""
+    """Return how many such frames there are, the jump after them, and the largest step that follows; degrees."""
     after = max(_FRAMES_AFTER, round(_SECONDS_AFTER * float(motion.rate)))
     q = motion.rotations[: _MOST_FRAMES + after + 1]
     if len(q) < 4:

@@ -24,7 +24,7 @@ _FLAGS = re.ASCII | re.IGNORECASE
 _SECONDS = re.compile(rf"([+-]?{_NUMBER})\s*(s?)", _FLAGS)
 _FRAMES = re.compile(rf"([+-]?{_NUMBER})\s*f", _FLAGS)
 _CLOCK = re.compile(r"(?:(\d{1,9}):)?(\d{1,9}):(\d{1,2}(?:\.\d{0,30})?)", _FLAGS)
-# Some programs write the semicolon everywhere in a drop-frame timecode.
+# In a drop-frame timecode some programs write a semicolon between all numbers.
 _TIMECODE = re.compile(r"(\d{1,9})([:;])(\d{1,2})\2(\d{1,2})([:;])(\d{1,3})", _FLAGS)
 _PERCENT = re.compile(rf"([+-]?{_NUMBER})\s*%", _FLAGS)
 _SPEED = re.compile(rf"({_NUMBER})(?:\s*/\s*({_NUMBER}))?\s*[x×]?", _FLAGS)
@@ -32,7 +32,7 @@ _FRAME_RANGE = re.compile(r"(-?\d{1,15})?:(-?\d{1,15})?", _FLAGS)
 # A range that is not written with two dots; the first letter may be the sign of a number.
 _FROM_TO = re.compile(r"(.+?)(?:-|–|to)(.+)", _FLAGS)
 _PLAIN = re.compile(_NUMBER, _FLAGS)
-# Of a clip for which a length is short only if it is for every other.
+# The longest clip at the highest rate that anybody has: a length that is too short for it is so for all.
 _MANY_FRAMES, _HIGH_RATE = 10_000_000, Fraction(240)
 # A bare length below this many seconds may have been meant as a factor.
 _MOST_FACTOR = 5
@@ -216,7 +216,7 @@ def parse_length(text: str | float, n_frames: int, rate: Fraction) -> int:
 
 
 def check_length(text: str) -> str:
-    """Refuse what is no length of two frames or more for any clip, nor ``free``; what it comes to depends on the clip.
+    """Refuse what is no length for any clip: neither ``free`` nor, at any rate, two frames or more.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def check_length(text: str) -> str:
 
 
 def factor_hint(length: object) -> str:
-    """Ask, of a bare length so short that it may have been meant as a factor, whether a share was meant.
+    """Ask whether a share was meant, where a bare length is so short that it may be a factor.
 
     Returns
     -------
@@ -540,7 +540,7 @@ def parse_number(
     (4.0, 2.0)
     """
     number = _plain_number(text)
-    # People's sign for "times".
+    # How people write "times".
     written = str(text).strip().replace("×", "x")
     if unit and written.lower().endswith(unit.lower()):
         written = written[: -len(unit)].rstrip()

@@ -177,7 +177,8 @@ def heading_positions(poses: GlobalPoses) -> FloatArray:
     return rotation.rotate(turn, poses.positions - ground)
 
 
-# Of the longest extent: a person who stands has 1 of it, one who lies a fifth, a dog on its feet two thirds.
+# How high a figure must be, as a share of its longest extent: a person who stands has 1, one who lies a fifth, a dog
+# on its feet two thirds.
 _LEAST_RISE = 0.5
 
 

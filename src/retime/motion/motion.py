@@ -105,7 +105,7 @@ class Motion:
     declared_angles: FloatArray | None = None
     up: Up = "y"
 
-    # What dataclass makes takes these types; it can declare only what the fields are then.
+    # What the constructor takes. A dataclass alone could declare only what its fields hold afterwards.
     if TYPE_CHECKING:
 
         def __init__(
@@ -141,7 +141,7 @@ class Motion:
             raise InvalidMotionError(
                 f"expected translations of shape ({len(rotations)}, {n_joints}, 3), found {translations.shape}"
             )
-        # Scaled to unit length below, they may have any.
+        # Any length will do, for they are scaled to unit length below.
         self._refuse_unbounded("rotation", rotations, np.finfo(np.float64).max)
         self._refuse_unbounded("translation", translations)
         if self.up not in UPS:
@@ -170,7 +170,7 @@ class Motion:
             object.__setattr__(self, name, view)
 
     def _refuse_unbounded(self, what: str, values: FloatArray, largest: float = LARGEST) -> None:
-        # The least and the greatest number tell, without an array of answers; one that is NaN is both.
+        # The least and the greatest number are enough (both are NaN where any is), and need no second array.
         if within_size([values.min(), values.max()], largest).all():
             return
         frame, joint, _ = (int(i) for i in np.argwhere(~within_size(values, largest))[0])
@@ -303,7 +303,7 @@ class Motion:
         """Cut out frames, as `frames` does, by ``clip[start:stop]``."""
         return self.frames(*slice_range(index, self.n_frames, self.name or "the motion"))
 
-    # A loop over a clip, and an array made of it, would ask for single frames, which it has none of.
+    # Without this a loop over a clip, or np.array(clip), would ask for single frames; a clip gives ranges only.
     __iter__ = None
 
     @cached_property

@@ -36,7 +36,7 @@ def poses_html(
     facts : mapping of str to object
         Names and values.
     """
-    # Heights stay, so that a jump is seen; the way over the ground goes, so that each pose has its own place.
+    # Heights are kept, so that a jump is seen; the way over the ground is not, so that each pose has its own place.
     right = (nodes - nodes[:, :1])[:, :, [0, 2]] @ _way(root[:, [0, 2]])
     height = nodes[:, :, 1] - nodes[:, :, 1].min()
     extent = max(float(height.max()), float(np.ptp(right)) * (_HEIGHT / _CELL), 1e-12)

@@ -34,7 +34,7 @@ from retime.motion import rotation
 from retime.motion.kinematics import GlobalPoses
 from retime.motion.skeleton import Skeleton
 
-# Lengths below this share of the skeleton's size are none.
+# Lengths below this share of the skeleton's size count as 0.
 _NOTHING = 1e-3
 _UP = np.array([0.0, 1.0, 0.0])
 
@@ -61,7 +61,7 @@ class RestPose:
 
     @classmethod
     def of(cls, skeleton: Skeleton) -> RestPose:
-        """Put a skeleton to rest."""
+        """Lay out a skeleton at rest."""
         offsets = skeleton.offsets.copy()
         offsets[0] = 0.0
         positions = offsets.copy()
@@ -127,7 +127,7 @@ def lateral_axis(rest: RestPose, pairs: Sequence[tuple[int, int]]) -> FloatArray
     OptionError
         Left and right joints rest in the same places.
     """
-    # In an order that is none of the file's: the sum is the same to the last bit.
+    # In an order that does not depend on the file's, so that the sum is the same to the last bit.
     pairs = sorted(pairs, key=lambda pair: _places(rest, rest, pair))
     across: FloatArray = sum((rest.positions[left] - rest.positions[right] for left, right in pairs), start=np.zeros(3))
     length = float(np.linalg.norm(across))
@@ -153,7 +153,8 @@ def mirror_poses(poses: GlobalPoses, partners: Sequence[int], lateral: FloatArra
         From right to left at rest: joints' own axes are reflected along it, so that rotations stay rotations.
     """
     places = np.asarray(partners)
-    # A reflection is a half turn about its normal and a point reflection; of the latter, two cancel.
+    # A reflection is a half turn about its normal and then a reflection in the origin; there are two of the latter,
+    # in space and in the joint's own axes, and they cancel.
     half_turn = np.array([0.0, 1.0, 0.0, 0.0])
     own_half_turn = np.concatenate([[0.0], lateral])
     rotations = rotation.multiply(rotation.multiply(half_turn, poses.rotations[:, places]), own_half_turn)
@@ -173,7 +174,7 @@ def turn_poses(poses: GlobalPoses, turn: FloatArray) -> GlobalPoses:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """From one matched joint to the next.
+    """The way from one matched joint to the next.
 
     Attributes
     ----------
@@ -247,7 +248,7 @@ class SkeletonFit:
         """
         to_root = rotation.conjugate(poses.rotations[:, self.base])
         back = rotation.conjugate(self.rotation)
-        # In the input's root axes; still the reference's unit.
+        # In the axes of the input's root, and still in the reference's unit.
         own = rotation.rotate(self.rotation, _from_base(poses, self.base))
         places: dict[int, FloatArray] = {0: np.zeros((len(own), 3))}
         for part in self.stretches:
@@ -421,7 +422,7 @@ def _least_squares(
     matrix[0, 1:] = matrix[1:, 0] = s[1, 2] - s[2, 1], s[2, 0] - s[0, 2], s[0, 1] - s[1, 0]
     matrix[1:, 1:] = s + s.T - np.trace(s) * np.eye(3)
     values, vectors = np.linalg.eigh(matrix)
-    # Two equal ones leave a turn about some axis open.
+    # Where the two largest are equal, any turn about some axis fits as well.
     if not values[3] - values[2] > 1e-6 * np.abs(values).max():
         raise OptionError(
             "the matched joints rest in one line, so there is no telling how one skeleton is turned against the other"

@@ -20,13 +20,14 @@ _FRACTION = re.compile(r"(\d{1,30})/(\d{1,30})", re.ASCII)
 _RATE_UNIT = re.compile(r"\s*(?:hz|fps)$", re.ASCII | re.IGNORECASE)
 # Rates that cameras and programs offer, for decimals so short that they fit several whole rates.
 _USUAL = (12, 15, 24, 25, 30, 48, 50, 60, 72, 75, 90, 100, 120, 144, 150, 180, 200, 240, 250, 300, 360, 480, 500, 1000)
-# Television plays each of them 1000/1001 times as fast. These are the common ones, meant by any digits that fit (29.9).
+# Television plays each of them at 1000/1001 of its rate. Of these the common ones are meant by any digits that fit
+# them (29.9).
 _BROADCAST = tuple(Fraction(n * 1000, 1001) for n in (24, 30, 48, 60, 120, 240))
-# (Of 1000 it would be 999.001, for which 999 is the plainer rate.)
+# The rest, but for that of 1000: it is 999.001, and who writes that means 999.
 _OTHER_BROADCAST = tuple(rate for n in _USUAL[:-1] if (rate := Fraction(n * 1000, 1001)) not in _BROADCAST)
-# The others are rare, and a digit more or less decides: no farther than half the way between n and n * 1000/1001.
+# These are rare: the digits must be nearer to n * 1000/1001 than to n, so at most half the way between them off.
 _BROADCAST_TOLERANCE = Fraction(1, 2002)
-# An unusual whole rate is taken to be meant where one is near by no more than this chance.
+# An unusual whole rate is meant where the interval is so short that it would hold one by chance this seldom.
 _CHANCE = Fraction(1, 4)
 # Beyond these a number is no frame rate but a mistake, and arithmetic with it could overflow.
 _SLOWEST, _FASTEST = Fraction(1, 10**6), Fraction(10**6)
@@ -36,24 +37,25 @@ RateLike = str | float | Fraction
 
 
 def _interval(text: str) -> tuple[Fraction, Fraction, Fraction]:
-    """Return a written decimal, and the interval (its upper end excluded) of what rounds or was cut to it."""
+    """Return a written decimal, and the interval of what rounds, or is cut, to it; its upper end is excluded."""
     match = _DECIMAL.fullmatch(text.strip())
-    # Python reads no longer integers than this.
+    # Python reads no integers with more digits.
     if match is None or len(text) > 4000:
         raise ValueError(f"expected a positive decimal number, found {text[:60]!r}")
     written = Fraction(text.strip())
     unit = Fraction(10) ** (int(match[4] or 0) - len(match[2] or match[3] or ""))
-    # All the digits of a float claim more than a float knows.
+    # A float printed with all its digits is not as exact as it looks.
     noise = written / 2**50
     return written, written - max(unit / 2, noise), written + max(unit, noise)
 
 
 def _plainest(low: Fraction, high: Fraction, written: Fraction, fits: Callable[[Fraction], bool]) -> Fraction:
-    """Return the plainest rate that fits: whole, of television, a simple fraction; else the rate as written."""
+    """Return the plainest rate that fits: whole, one of television's, a simple fraction; else the rate as written."""
     if written.denominator == 1:
         return written
     first, last = -(-low // 1), high // 1
-    # The only whole number there is meant where there need not be one: 31 is not, by a frame time of 0.032 (31.25).
+    # A whole number is meant where it is the only one in the interval, and not there just because the interval is long:
+    # a frame time of 0.032 (31.25 Hz) does not mean 31.
     wholes = (first,) if first == last and (high - low < _CHANCE or first in _USUAL) else _USUAL
     for rate in (*map(Fraction, wholes), *_BROADCAST):
         if fits(rate):
@@ -80,7 +82,7 @@ def _alike(rate: Fraction, written: Fraction) -> bool:
 
 @functools.cache
 def _broadcast_decimals() -> dict[Fraction, tuple[Fraction, Fraction]]:
-    """Map the decimals of two to four places, rounded or cut, of each rate of television to it and their last place."""
+    """Map how television's rates are written (two to four places, rounded or cut) to the rate and the last place."""
     decimals: dict[Fraction, tuple[Fraction, Fraction]] = {}
     for rate in (*_BROADCAST, *_OTHER_BROADCAST):
         for place in (Fraction(1, 10**digits) for digits in (2, 3, 4)):
@@ -239,7 +241,7 @@ class RateField:
         self._name = name
 
     def __get__(self, instance: Any, owner: type | None = None) -> Fraction:
-        # Asked of the class, as dataclass does, it is the default.
+        # A dataclass asks the class itself for the default.
         rate: Fraction = self._default if instance is None else instance.__dict__[self._name]
         return rate
 

@@ -153,7 +153,7 @@ def from_euler(order: str, angles: ArrayLike) -> FloatArray:
 
 
 def _from_three_turns(order: str, angles: FloatArray) -> FloatArray:
-    """Multiply out the three turns; in pieces that stay in the cache, which is most of the time saved."""
+    """Multiply out the three turns, in pieces that stay in the cache: that saves most of the time."""
     i, j, k = (_AXIS[letter] for letter in order)
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
     triples = angles.reshape(-1, 3)

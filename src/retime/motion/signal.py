@@ -65,7 +65,7 @@ class Signal:
     time_column: str = ""
     first_frame: int = 0
 
-    # What dataclass makes takes these types; it can declare only what the fields are then.
+    # What the constructor takes. A dataclass alone could declare only what its fields hold afterwards.
     if TYPE_CHECKING:
 
         def __init__(
@@ -135,7 +135,7 @@ class Signal:
         """Cut out frames, as `frames` does, by ``clip[start:stop]``."""
         return self.frames(*slice_range(index, self.n_frames, self.name or "the signal"))
 
-    # A loop over a clip, and an array made of it, would ask for single frames, which it has none of.
+    # Without this a loop over a clip, or np.array(clip), would ask for single frames; a clip gives ranges only.
     __iter__ = None
 
     def frames(self, start: int, stop: int) -> Signal:

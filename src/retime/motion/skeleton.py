@@ -58,7 +58,7 @@ class Skeleton:
     offsets: FloatArray
     end_sites: tuple[EndSite, ...] = ()
 
-    # What dataclass makes takes these types; it can declare only what the fields are then.
+    # What the constructor takes. A dataclass alone could declare only what its fields hold afterwards.
     if TYPE_CHECKING:
 
         def __init__(
@@ -113,7 +113,7 @@ class Skeleton:
         return len(self.names)
 
     def index(self, name: str) -> int:
-        """Return the first joint called `name`; raise KeyError where there is none."""
+        """Return the first joint of a name; raise KeyError where there is none."""
         try:
             return self.names.index(name)
         except ValueError:

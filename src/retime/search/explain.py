@@ -154,7 +154,7 @@ def explain_path(
         when,
         _binding(reduction, frames, allowed, locked),
         references,
-        # The total is summed in another order: what rounding leaves is no seam.
+        # The total is summed in another order, so without a seam the difference is not 0 but a rounding.
         seam_cost if seam_cost > 1e-12 * path.total else 0.0,
     )
 

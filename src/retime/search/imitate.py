@@ -96,7 +96,7 @@ def imitate(
         )
     shown = replace(stretch, name=f"{motion.name or 'the clip'} by hand")
     retimed: AnyMotion
-    # A call for each kind of clip, of which apply_warp gives back the same.
+    # Two calls that look alike, so that types tell: apply_warp makes a motion of a motion, a signal of a signal.
     if isinstance(shown, Signal):
         retimed = apply_warp(shown, hand, average=False)
     else:

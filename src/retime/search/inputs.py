@@ -1,4 +1,4 @@
-"""What moves, and what it is to move like: told apart from the many ways in which people hand them over."""
+"""What moves, and what it is to move like, whichever way people hand it over: a clip, an array, several clips."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from retime.kernels.steps import MAX_STEP
 
 PathSearch = Literal["priced", "layered"]
 SEARCHES = get_args(PathSearch)
-# Bytes: of back-pointers that the layered recurrence holds at once, of labels that the priced search may carry.
+# Bytes that a search may hold at once: back-pointers of the layered recurrence, labels of the priced search.
 MEMORY_LIMIT = 192 << 20
 
 
@@ -179,7 +179,7 @@ def _as_scores(scores: ArrayLike, steps: StepPairs | None) -> tuple[FloatArray, 
     else:
         steps = StepPairs.up_to(array.shape[1])
         array = array.reshape(len(array), -1)
-    # The least of them is nan where any is; and one pass over many megabytes is enough.
+    # The minimum is nan where any score is, so one pass over many megabytes is enough.
     least = array.min()
     if np.isnan(least) or least == -np.inf:
         j, pair = (int(i) for i in np.argwhere(np.isnan(array) | (array == -np.inf))[0])
@@ -272,11 +272,11 @@ def _with_ends(
     inner = [(p, j) for p, j in anchors if j < n_input - 1]
     position, frame = inner[-1] if inner else (0, 0)
     ahead = n_input - 1 - frame
-    # The path may be as long as its anchors say, if they say.
+    # An anchor at the last frame says how long the path is.
     low = max([least, position + -(-ahead // steps.longest) + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
     high = min([most, position + ahead // steps.shortest + 1, *(p + 1 for p, j in anchors if j == n_input - 1)])
     if low > high:
-        # No length fits: name the one that comes nearest.
+        # No length fits: the error names the one that comes nearest.
         low = high = least if least > high else most
     if anchors and anchors[-1][0] >= high:
         raise InfeasibleWarpError(

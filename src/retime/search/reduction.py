@@ -198,7 +198,7 @@ def reduce_to_compression(
             unrolled.append((begin + np.sign(change) * np.arange(1, abs(change) + 1)) / grid)
         frames.append(frames[-1] + len(unrolled[-1]))
     input_times = np.concatenate(unrolled)
-    # A key between spans that are offered in other steps is shown where the finer one has it.
+    # A key between two spans of different upsampling is shown where the finer one has it.
     for i, (one, other) in enumerate(itertools.pairwise(upsamples), start=1):
         if one != other:
             grid = rate * max(one, other)
@@ -208,5 +208,5 @@ def reduce_to_compression(
 
 
 def nearest_frame(place: float) -> int:
-    """Round halves up: to even, as `round` does, two keytimes a period apart could meet in one frame."""
+    """Return the nearest frame, halves rounded up: rounded to even, two keytimes a period apart could meet in one."""
     return math.floor(place + 0.5 + 1e-6)

@@ -167,7 +167,7 @@ class GuidedWarp:
                     "[result.apply(clip) for clip in result.clips]"
                 )
             (motion,) = self.clips
-        # A call for each kind of clip, of which apply_warp gives back the same.
+        # Two calls that look alike, so that types tell: apply_warp makes a motion of a motion, a signal of a signal.
         if isinstance(motion, Signal):
             return apply_warp(motion, self.warp, average=average, loop=self.loop)
         return apply_warp(

@@ -13,7 +13,7 @@ from retime.brief import brief_repr
 from retime.kernels.steps import MAX_STEP
 from retime.search.reduction import Reduction, nearest_frame
 
-# Scores in a table that is made larger than is asked for.
+# The most scores of a table that is made larger than needed, so that it need not grow soon.
 _MOST_SPARE = 20_000_000
 
 
@@ -49,7 +49,7 @@ class ScoreTable:
         return np.ascontiguousarray(self.scores[:, :max_skip, :max_skip])
 
     def next_skip(self, max_skip: int) -> int:
-        """Choose the longest step of the table that follows, which must have `max_skip` and should not grow often."""
+        """Choose the longest step of the next table: `max_skip` or more, so that tables are not made anew too often."""
         if max_skip <= self.max_skip:
             return self.max_skip if self.max_skip <= 1.5 * max_skip else max_skip
         grown = min(MAX_STEP, max_skip + max_skip // 4)
@@ -115,11 +115,11 @@ class _Stretch:
 
 
 def _same_rows(new: Reduction, old: Reduction, max_skip: int) -> Iterator[tuple[int, int, int]]:
-    """Yield ranges of unrolled frames whose surroundings are in an older unrolled input too, and where there."""
+    """Yield ranges of unrolled frames that had the same neighbours in an older unrolled input, and their places there."""
     for ours, theirs in itertools.product(_stretches(new), _stretches(old)):
         ends = ours.place + ours.length, theirs.place + theirs.length
         begin, end = max(ours.place, theirs.place), min(ends)
-        # Where both inputs begin or end, nothing else is near.
+        # Where both inputs begin, or end, there is no frame beyond on which a score could depend.
         if not (ours.opens and theirs.opens and ours.place == theirs.place):
             begin += max_skip
         if not (ours.closes and theirs.closes and ends[0] == ends[1]):

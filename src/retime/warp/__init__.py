@@ -1,1 +1,1 @@
-"""The paper: features, score, path, keytimes, the continuous warp and its use. Opens no file."""
+"""The value `Warp`, from output time to input time, and what is done with it."""

@@ -27,7 +27,7 @@ from retime.warp.averaging import (
 )
 from retime.warp.curve import Warp, WarpLike, as_warp, output_frame_times
 
-# What is retimed stays what it is.
+# A motion stays a motion, and a signal a signal.
 Retimed = TypeVar("Retimed", Motion, Signal)
 
 

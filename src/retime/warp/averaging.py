@@ -16,7 +16,7 @@ from retime.motion.contacts import Contacts
 from retime.motion.motion import Motion
 from retime.warp.curve import Warp
 
-# Half-widths (in frames) up to this are none: a warp's times are rounded.
+# Half-widths (in frames) up to this count as 0: they are what rounding leaves of a warp's times.
 CLOSED = 1e-6
 
 
@@ -25,9 +25,9 @@ _LONG = 16
 
 
 def count_roots(motion: Motion) -> int:
-    """Count the joints that carry all of the body, first in any order: the root, and the child of one that is still.
+    """Count the joints at the beginning that carry the whole body: the root and, below one that never moves, its child.
 
-    Some programs put a node that never moves above the hips.
+    Some programs put such a node above the hips.
     """
     parents, q, p = motion.skeleton.parents, motion.rotations, motion.local_translations
     n = 1
@@ -155,7 +155,7 @@ class JointGroup:
 
 
 def joint_groups(motion: Motion, windows: Windows, contacts: Contacts | None) -> list[JointGroup]:
-    """Group joints by the feet that they carry; the groups are in no order that the tree knows of."""
+    """Group joints by the feet that they carry; a joint's parent may be in a later group."""
     parents = motion.skeleton.parents
     carried: list[set[int]] = [set() for _ in parents]
     for foot, point in enumerate(() if contacts is None else contacts.feet):
@@ -203,7 +203,7 @@ def average_rotations(sampled: FloatArray, motion: Motion, windows: Windows, gro
     poses = [
         dict(zip(group.chain.tolist(), _average_pose(sampled, motion, windows, group), strict=True)) for group in groups
     ]
-    # Whose windows a joint has, for all joints first: its parent may be in any other group.
+    # The averaged pose that each joint belongs to; for all of them first, as a parent may be in a later group.
     turned_by = {joint: pose for group, pose in zip(groups, poses, strict=True) for joint in group.joints.tolist()}
     rotations = sampled.copy()
     for group, pose in zip(groups, poses, strict=True):
@@ -233,7 +233,7 @@ def _average_pose(sampled: FloatArray, motion: Motion, windows: Windows, group: 
     for joints, half in windows.of(group.chain, group.half):
         result = sampled[:, joints]
         # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
-        # Where they go all the way round, and cancel, there is none: those joints keep the sampled rotation.
+        # Where they go all the way round and cancel there is no mean: those joints keep the sampled rotation.
         fast, means = windows.means(_one_side(windows.continued(motion.rotations[:, joints])), half)
         apart = np.einsum("fjc,fjc->fj", means, means) < 0.1**2
         if apart.any():

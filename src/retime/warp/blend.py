@@ -60,7 +60,7 @@ def blend(a: Warp, b: Warp, weight: ArrayLike) -> Warp:
     one, other = a(times), b(times)
     other[0], other[-1] = b.input_times[0], b.input_times[-1]
     if curve.ndim == 0:
-        # Written so that times on which both agree stay as they are, bit for bit.
+        # Written like this, times on which both agree stay the same to the last bit.
         mixed = one + float(curve) * (other - one) if curve < 1 else other
         return Warp(times, mixed, a.keytimes, method="blend", name=a.name)
     share = np.interp(times, curve[:, 0], curve[:, 1])
@@ -79,7 +79,7 @@ def _mix_monotone(one: FloatArray, other: FloatArray, share: FloatArray) -> Floa
 
     def mixed(scale: float) -> FloatArray:
         weight = middle + scale * (share - middle)
-        # Where one of them is all there is, it comes bit for bit.
+        # A weight of 1 gives the other one to the last bit.
         return np.where(weight == 1.0, other, one + weight * (other - one))
 
     def turns(values: FloatArray) -> bool:

@@ -78,7 +78,7 @@ class Warp:
     method: str = ""
     name: str = ""
 
-    # What dataclass makes takes these types; it can declare only what the fields are then.
+    # What the constructor takes. A dataclass alone could declare only what its fields hold afterwards.
     if TYPE_CHECKING:
 
         def __init__(

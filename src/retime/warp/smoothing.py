@@ -70,7 +70,7 @@ def _mean_around(t: FloatArray, w: FloatArray, times: FloatArray, half: FloatArr
             break
         here = np.where(live, piece, last)
         a, b = np.maximum(low, t[here]), np.minimum(high, t[here + 1])
-        # Reflected about an end, the shortest pieces may round to none.
+        # Reflected about an end, the shortest pieces may be rounded to a length of 0.
         width = t[here + 1] - t[here]
         slope = (w[here + 1] - w[here]) / np.where(width > 0, width, np.inf)
         middle = w[here] + slope * ((a + b) / 2 - t[here]) - centre

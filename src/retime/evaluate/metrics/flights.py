@@ -15,9 +15,9 @@ from retime.motion.motion import Motion
 from retime.search.result import GuidedWarp
 from retime.warp.curve import Warp
 
-# A step of the search at unit speed is exact in floating point; what smoothing leaves of it differs by rounding alone.
+# A step of the search at unit speed is exactly that; smoothing changes it by rounding alone.
 _UNIT = 1e-6
-# Of a flight so fast too few frames are left to see it.
+# Of a flight played faster than this too few frames are left to see it.
 _LEAPT = 4.0
 
 

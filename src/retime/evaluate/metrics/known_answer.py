@@ -80,7 +80,7 @@ def match_warps(
 
 
 def _times_shown(warp: Warp, input_times: FloatArray) -> FloatArray:
-    """Output time of input times; in the middle of a hold."""
+    """Return the output time at which a warp shows each input time; of a hold, its middle."""
     first = np.searchsorted(warp.input_times, input_times, side="left")
     times = np.interp(input_times, warp.input_times, warp.output_times)
     there = first < len(warp.input_times)

@@ -1,4 +1,4 @@
-"""What of a warp's output shows some stretches of the input."""
+"""Which parts of a warp's output show given stretches of the input."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ def joint_speeds(motion: Motion, joints: Sequence[str], *, rate: float = ANALYSI
 
 @dataclass(frozen=True)
 class SpeedMatch:
-    """How one distribution of speeds lies to another.
+    """How one distribution of speeds compares with another.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ class Pen:
 
     @property
     def line(self) -> dict[str, Any]:
-        """The same in matplotlib's words."""
+        """Its colour, dashes and width, as matplotlib's functions take them."""
         dashes = (0, self.dashes) if self.dashes else "solid"
         return {"color": self.color, "linestyle": dashes, "linewidth": self.width}
 

@@ -62,7 +62,7 @@ def loop_path(task: PathTask, seam: FloatArray) -> FramePath:
     for step in np.flatnonzero(np.isfinite(start + end + seam)).tolist():
         only, seamed = np.full((2, len(seam)), np.inf)
         only[step], seamed[step] = 0.0, seam[step]
-        # Some of these searches have no path; all of them failing is what counts.
+        # Some of these searches find no path; only if none finds one is there no loop.
         with contextlib.suppress(InfeasibleWarpError):
             found.append(task.through(start_cost=only, end_cost=seamed))
     if not found:

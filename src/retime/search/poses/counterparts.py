@@ -51,7 +51,7 @@ class Counterpart:
     joint_map: Mapping[str, str]
     mirror: bool
     label: str
-    # Its reference's among all of them.
+    # Which of the references it belongs to, counted from 0.
     place: int = 0
 
     __repr__ = brief_repr
@@ -263,7 +263,7 @@ class _MotionDescriber:
                     f"{other.label} can't be mirrored: no two of its joints are called left and right "
                     f"({shorten(motion.skeleton.names, 8)})"
                 )
-            # Joints of one side only stay where they are; nobody looks at them.
+            # Joints without a partner on the other side stay where they are; they are not compared.
             places = [joint if to is None else to for joint, to in enumerate(partners)]
             lateral = lateral_axis(rest, sides)
             pairs = tuple((joint, to) for joint, to in pairs if partners[to] is not None)

@@ -25,7 +25,7 @@ from retime.motion.kinematics import GlobalPoses, global_poses, heading_position
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 
-# Seconds. Longer than any clip; its square must not drown the pose in rounding.
+# Seconds. Longer than any clip; with a longer one, its square would leave nothing of the pose but rounding.
 _LONGEST_TIME_SCALE = 1000.0
 PoseSpace = Literal["torso", "heading", "signal"]
 POSE_SPACES = get_args(PoseSpace)
@@ -212,7 +212,7 @@ def signal_scales(names: Sequence[str], values: Sequence[FloatArray], options: P
     largest = np.abs(together).max(axis=0)
     unit = np.where(largest > 0, largest, 1.0)
     spread = np.std(together / unit, axis=0)
-    # A constant such as 0.1 has a standard deviation of its own rounding.
+    # A constant such as 0.1 has a standard deviation above 0, by rounding alone.
     scales = np.where(options.scale_signals & (spread > 1e-12), spread * unit, 1.0)
     return np.array([options.scales.get(name, scale) for name, scale in zip(names, scales, strict=True)])
 
@@ -245,7 +245,7 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
         return vectors
     # The discrete Gaussian passes exp(t (cos ω - 1)) of a wave at ω. Samples of the Gaussian itself would pass too much
     # where the cutoff comes near half the rate.
-    # (The floor keeps a cutoff of next to nothing finite: an average of everything.)
+    # The floor keeps a cutoff near 0 finite: it averages everything.
     variance = math.log(2) / max(4 * math.sin(math.pi * cutoff / float(rate)) ** 2, 1e-8)
     reach = min(math.ceil(4 * math.sqrt(variance)) + 2, len(vectors) - 1)
     waves = np.cos(2 * np.pi * np.arange(4 * reach + 9) / (8 * reach + 16))

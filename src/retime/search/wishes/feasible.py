@@ -15,7 +15,7 @@ from retime.kernels.steps import MAX_STEP
 from retime.search.reduction import Reduction
 from retime.search.wishes.steps import NOTHING_NAMED, Named, slowest_words
 
-# Whether all keytimes can be met, given an upsampling (of all spans or of each) and max_skip.
+# Tells whether all keytimes can be met, given an upsampling (of all spans or of each) and max_skip.
 Fits = Callable[[int | tuple[int, ...], int], bool]
 
 

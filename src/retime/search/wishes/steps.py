@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from retime.kernels.steps import MAX_STEP
 
-# A step whose speed is so near to a limit has that speed, but for rounding.
+# A step may be beyond a limit by so much: that is rounding.
 _CLOSE = 1e-6
 # A fixed speed may be played by a step that differs from it by this share.
 _NEAR = 0.03
@@ -28,7 +28,7 @@ class Named:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Those that are set."""
+        """The names of those that are set."""
         return tuple(name for name in ("upsample", "max_skip") if getattr(self, name) is not None)
 
     def __str__(self) -> str:
