@@ -115,7 +115,7 @@ class _Stretch:
 
 
 def _same_rows(new: Reduction, old: Reduction, max_skip: int) -> Iterator[tuple[int, int, int]]:
-    """Yield ranges of unrolled frames that had the same neighbours in an older unrolled input, and their places there."""
+    """Yield ranges of unrolled frames that had the same neighbours in an older input, and their places there."""
     for ours, theirs in itertools.product(_stretches(new), _stretches(old)):
         ends = ours.place + ours.length, theirs.place + theirs.length
         begin, end = max(ours.place, theirs.place), min(ends)

@@ -1,0 +1,47 @@
+"""The documents name files and modules that are there."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+# Versions before named files that are gone since.
+CURRENT = [path for path in DOCUMENTS if path.name != "CHANGELOG.md"]
+# A file of the source, or a folder of it; a path with letters that stand for others is an example.
+FILE = re.compile(r"`((?:[\w.-]+/)+(?:[\w.-]+\.(?:py|hpp|cpp|ts|md|json|toml))?)`")
+NAME = re.compile(r"`(retime(?:\.\w+)+)(?:\(\))?`")
+
+
+def found(name: str) -> bool:
+    """Whether a dotted name is a module, or something in one."""
+    parts = name.split(".")
+    for n in range(len(parts), 0, -1):
+        try:
+            value = importlib.import_module(".".join(parts[:n]))
+        except ModuleNotFoundError:
+            continue
+        for attribute in parts[n:]:
+            if not hasattr(value, attribute):
+                return False
+            value = getattr(value, attribute)
+        return True
+    return False
+
+
+@pytest.mark.parametrize("document", CURRENT, ids=lambda path: path.name)
+def test_files_that_a_document_names_are_there(document: Path) -> None:
+    named = set(FILE.findall(document.read_text(encoding="utf-8")))
+    # Most are written as one sees them from the package, or from the folder of the page or the study.
+    bases = [ROOT, ROOT / "src" / "retime", ROOT / "src", ROOT / "web", ROOT / "study", document.parent]
+    assert sorted(name for name in named if not any((base / name).exists() for base in bases)) == []
+
+
+@pytest.mark.parametrize("document", CURRENT, ids=lambda path: path.name)
+def test_names_of_the_package_that_a_document_has_are_there(document: Path) -> None:
+    named = set(NAME.findall(document.read_text(encoding="utf-8")))
+    assert sorted(name for name in named if not found(name)) == []
