@@ -11,9 +11,7 @@ import numpy as np
 
 from retime.arrays import IntArray
 from retime.errors import OptionError
-
-# The kernels keep a step's place in a byte, and a path as short as its longest step in a few arrays.
-MAX_STEP = 255
+from retime.limits import MAX_STEP
 
 
 @dataclass(frozen=True, eq=False)

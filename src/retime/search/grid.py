@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 from retime.search.reduction import SLOWEST_SEARCHED, Reduction
 from retime.search.wishes.asked import Wishes
 from retime.search.wishes.upsampling import upsample_for

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from retime.checks import real, whole
 from retime.errors import OptionError
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 
 # What people type for an option, or what it holds:
 # length    "65%", "9.3", "280f", or "free"     rate      "29.97", "30000/1001"

@@ -15,7 +15,7 @@ from retime.arrays import FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import Backend, PathProblem, StepPairs, backend
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 
 PathSearch = Literal["priced", "layered"]
 SEARCHES = get_args(PathSearch)

@@ -10,7 +10,7 @@ from typing import Any
 from retime.arrays import BoolArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 from retime.search.grid import choose_max_skip, choose_upsamples
 from retime.search.reduction import Reduction, nearest_frame, reduce_to_compression
 from retime.search.wishes.allowed import allowed_steps

@@ -17,7 +17,7 @@ from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.kernels import Backend, StepPairs, backend
 from retime.kernels.numpy_backend import mean_in_order, nearest_features, squared_distances
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 from retime.search.poses.spaces import difference_scales, timing_features
 
 ScoreName = Literal["joint", "conditional"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from retime.arrays import BoolArray, FloatArray
 from retime.brief import brief_repr
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 from retime.search.reduction import Reduction, nearest_frame
 
 # The most scores of a table that is made larger than needed, so that it need not grow soon.

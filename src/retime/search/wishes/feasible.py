@@ -11,7 +11,7 @@ import numpy as np
 
 from retime.arrays import BoolArray
 from retime.errors import InfeasibleWarpError
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 from retime.search.reduction import Reduction
 from retime.search.wishes.steps import NOTHING_NAMED, Named, slowest_words
 

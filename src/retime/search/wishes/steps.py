@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 
 # A step may be beyond a limit by so much: that is rounding.
 _CLOSE = 1e-6

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from retime.errors import OptionError
-from retime.kernels.steps import MAX_STEP
+from retime.limits import MAX_STEP
 from retime.search.wishes.locks import Lock
 from retime.search.wishes.steps import fixed_step, steps_between
 
