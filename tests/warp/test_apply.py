@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from retime.errors import OptionError, RetimeWarning
 from retime.formats.registry import read
 from retime.motion import rotation
+from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts, Foot, contacts, slip
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
@@ -28,7 +29,7 @@ from tests.warp.motions import SKELETON, wandering_motion, wandering_signal
 RATES = [Fraction(30), Fraction(120), Fraction(24000, 1001), Fraction(1), Fraction(100, 3)]
 
 
-def same_frames(result: Motion | Signal, motion: Motion | Signal, frames: slice | np.ndarray | list[int]) -> bool:
+def same_frames(result: AnyMotion, motion: AnyMotion, frames: slice | np.ndarray | list[int]) -> bool:
     if isinstance(result, Signal):
         assert isinstance(motion, Signal)
         return np.array_equal(result.values, motion.values[frames])

@@ -18,8 +18,8 @@ from retime.motion.grammar import parse_frame_range
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
-    from retime.motion.motion import Motion, Up
-    from retime.motion.signal import Signal
+    from retime.motion.any_motion import AnyMotion
+    from retime.motion.motion import Up
     from retime.warp.curve import Warp
 
 PATH = click.Path(path_type=Path)
@@ -74,7 +74,7 @@ class ClipOptions:
     up: Up | None = None
     is_reference: bool = False
 
-    def read(self, path: Path) -> Motion | Signal:
+    def read(self, path: Path) -> AnyMotion:
         """Read a clip; raise FormatError, OSError or OptionError."""
         from retime.formats.registry import read
         from retime.motion.first_frames import hint_at_first_frames
@@ -101,7 +101,7 @@ class ClipOptions:
         return clip
 
 
-def hint_at_up(clip: Motion | Signal, up: str | None) -> None:
+def hint_at_up(clip: AnyMotion, up: str | None) -> None:
     """Warn where a figure seems to stand along Z and nobody said which axis is up."""
     from retime.motion.kinematics import seems_z_up
     from retime.motion.motion import Motion
@@ -115,7 +115,7 @@ def hint_at_up(clip: Motion | Signal, up: str | None) -> None:
         )
 
 
-def retimed(clip: Motion | Signal, warp: Warp, *, average: bool) -> Motion | Signal:
+def retimed(clip: AnyMotion, warp: Warp, *, average: bool) -> AnyMotion:
     """Apply a warp to whichever kind of clip this is."""
     from retime.motion.signal import Signal
     from retime.warp.apply import apply_warp

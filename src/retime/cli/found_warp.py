@@ -11,8 +11,7 @@ from retime.cli.output_options import OutputOptions
 from retime.cli.terminal import Stages, say, say_json, say_table
 
 if TYPE_CHECKING:
-    from retime.motion.motion import Motion
-    from retime.motion.signal import Signal
+    from retime.motion.any_motion import AnyMotion
     from retime.search.result import GuidedWarp
     from retime.warp.curve import Warp
 
@@ -38,8 +37,8 @@ class FoundWarp:
     """
 
     path: Path
-    clip: Motion | Signal
-    others: list[tuple[Motion | Signal, Path]]
+    clip: AnyMotion
+    others: list[tuple[AnyMotion, Path]]
     method: str
     warp: Warp
     search: GuidedWarp | None

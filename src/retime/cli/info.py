@@ -13,8 +13,7 @@ from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.terminal import say_json, say_table
 
 if TYPE_CHECKING:
-    from retime.motion.motion import Motion
-    from retime.motion.signal import Signal
+    from retime.motion.any_motion import AnyMotion
 
 # The extras of pyproject.toml, and the package that each brings.
 EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget", "pandas": "pandas"}
@@ -105,7 +104,7 @@ def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
     ]
 
 
-def _describe_clip(path: Path, clip: Motion | Signal) -> dict[str, Any]:
+def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
     from retime.formats.registry import format_of
     from retime.motion.contacts import contacts, named_feet
     from retime.motion.first_frames import frames_before_capture

@@ -8,9 +8,9 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.evaluate.metrics import Spans
+from retime.motion.any_motion import AnyMotion
 from retime.motion.kinematics import global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
 # A playback speed this near to 1 counts as unit speed: nobody sees the difference.
@@ -53,7 +53,7 @@ def unit_share(warp: Warp) -> float:
     return float(seconds[np.abs(warp.slopes - 1.0) < _UNIT].sum() / seconds.sum())
 
 
-def output_seconds(warp: Warp, start: float, end: float, clip: Motion | Signal) -> float:
+def output_seconds(warp: Warp, start: float, end: float, clip: AnyMotion) -> float:
     """Return how long the output shows the input between two times; the warp plays all of the clip, forward.
 
     A span that reaches the clip's end holds its last frame, which output and input show for a frame period each.
@@ -97,7 +97,7 @@ def _range_text(speeds: FloatArray) -> str:
     return f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
 
 
-def slip_facts(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> dict[str, float | bool] | None:
+def slip_facts(clip: AnyMotion, warp: Warp, *, average: bool = True) -> dict[str, float | bool] | None:
     """Measure how far standing feet slide, before and after, in millimetres a contact; None, where no foot stands.
 
     The output is the clip averaged where it is fast, but for standing feet; or, as asked for, not averaged at all.
@@ -118,7 +118,7 @@ def slip_facts(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> di
     }
 
 
-def slip_text(clip: Motion | Signal, warp: Warp, *, average: bool = True) -> str:
+def slip_text(clip: AnyMotion, warp: Warp, *, average: bool = True) -> str:
     """Say how far standing feet slide, before and after; nothing, where no foot stands."""
     slip = slip_facts(clip, warp, average=average)
     if slip is None:

@@ -21,8 +21,7 @@ from retime.motion.grammar import WrittenKey, parse_frame_range, parse_number
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
-    from retime.motion.motion import Motion
-    from retime.motion.signal import Signal
+    from retime.motion.any_motion import AnyMotion
     from retime.search.poses.references import Reference
     from retime.search.result import GuidedWarp
     from retime.warp.curve import Warp
@@ -189,7 +188,7 @@ def command(**given: Any) -> None:
     deliver(found, request.outputs, stages, {"references": [str(reference) for reference in request.reference]})
 
 
-def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference]:
+def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:
     """Read what is to be imitated; nothing, where that is the clip as a whole."""
     from retime.search.poses.references import Reference
 
@@ -222,9 +221,7 @@ def _read_references(request: _Request, clip: Motion | Signal) -> list[Reference
     return found
 
 
-def _find(
-    request: _Request, clips: list[Motion | Signal], references: list[Reference]
-) -> tuple[Warp, GuidedWarp | None]:
+def _find(request: _Request, clips: list[AnyMotion], references: list[Reference]) -> tuple[Warp, GuidedWarp | None]:
     """Find the warp by the method asked for."""
     from retime.search.guided import guided_warp
     from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes

@@ -18,9 +18,9 @@ from retime.formats.asf_reader import parse_asf
 from retime.formats.asf_writer import make_asf
 from retime.formats.read_options import Limits
 from retime.motion import rotation
+from retime.motion.any_motion import AnyMotion
 from retime.motion.euler import angle_between, fit_angles
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 
 # For an ASF that is already in memory: one that was read within its reader's limits, or one made here, whose helper
 # bones may lead past those that the motion keeps.
@@ -31,7 +31,7 @@ _STILL = 1e-5
 _MOST_WOUND = 8 * np.pi
 
 
-def write(motion: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
     """Write an AMC, and an ASF where none that fits would be found beside it.
 
     A motion that was read from an AMC is written on its own ASF. One from elsewhere gets an ASF with its skeleton:

@@ -32,10 +32,10 @@ from retime.formats.number_text import format_table
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import Lines, without_byte_order_mark
 from retime.motion import rotation
+from retime.motion.any_motion import AnyMotion
 from retime.motion.euler import angle_between, fit_angles
 from retime.motion.motion import Declaration, Motion
 from retime.motion.rate import rate_from_frame_time
-from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
 
 IntArray = NDArray[np.intp]
@@ -188,7 +188,7 @@ def _run(indices: list[int]) -> slice | IntArray:
     return np.array(indices, dtype=np.intp)
 
 
-def write(motion: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
     """Write a BVH file, all or nothing.
 
     A motion that was read from BVH is written as it was declared: names, hierarchy, offsets, channels and their order,

@@ -29,7 +29,7 @@ from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_text import NumberTextError, parse_number, parse_table
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
-from retime.motion.motion import Motion
+from retime.motion.any_motion import AnyMotion
 from retime.motion.rate import rate_from_step
 from retime.motion.signal import Signal, numbered_names
 
@@ -380,7 +380,7 @@ def _rate(times: FloatArray, unit: float) -> Fraction | None:
         return None
 
 
-def write(signal: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
     """Write a CSV table: a column of times, then the channels, with as many digits as bring the numbers back.
 
     Parameters

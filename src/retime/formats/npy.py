@@ -28,7 +28,7 @@ from retime.errors import FormatError, FormatWarning, InvalidMotionError, Option
 from retime.files import write_bytes
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import Limits, ReadOptions
-from retime.motion.motion import Motion
+from retime.motion.any_motion import AnyMotion
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal, numbered_names
 
@@ -343,7 +343,7 @@ def _refuse_dangerous(path: Path, members: list[zipfile.ZipInfo], limits: Limits
         )
 
 
-def write(signal: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
     """Write a .npz archive with values, names and rate, or a .npy array of the values alone.
 
     Parameters

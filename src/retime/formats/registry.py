@@ -18,9 +18,9 @@ from retime.checks import path_of
 from retime.errors import FormatError, OptionError
 from retime.files import read_bytes
 from retime.formats.read_options import Limits, ReadOptions
+from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import UPS, Motion, Up
 from retime.motion.rate import parse_rate
-from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
 
@@ -57,10 +57,10 @@ FORMATS = (
 class FormatModule(Protocol):
     """What a format's module offers."""
 
-    def read(self, path: Path, data: bytes, options: ReadOptions) -> Motion | Signal:
+    def read(self, path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
         """Read the bytes of a file; `path` is for messages and for files that belong to it."""
 
-    def write(self, motion: Motion | Signal, path: Path, *, overwrite: bool) -> None:
+    def write(self, motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
         """Write a file, all or nothing."""
 
 
@@ -111,7 +111,7 @@ def read(
     decimal_comma: bool = False,
     up: Up | None = None,
     limits: Limits | None = None,
-) -> Motion | Signal:
+) -> AnyMotion:
     """Read a motion, or a signal, from a file.
 
     Parameters
@@ -169,7 +169,7 @@ def read(
     return replace(clip, up=up) if up is not None and isinstance(clip, Motion) else clip
 
 
-def write(motion: Motion | Signal, path: str | PathLike[str], *, overwrite: bool = False) -> None:
+def write(motion: AnyMotion, path: str | PathLike[str], *, overwrite: bool = False) -> None:
     """Write a motion, or a signal, to a file: whole, or not at all.
 
     Parameters
@@ -190,7 +190,7 @@ def write(motion: Motion | Signal, path: str | PathLike[str], *, overwrite: bool
     OptionError
         Something else was passed for the motion, or the path.
     """
-    if not isinstance(motion, Motion | Signal):
+    if not isinstance(motion, AnyMotion):
         remedy = "; warp.save(path) writes a warp" if isinstance(motion, Warp) else ""
         raise OptionError(f"expected write(motion, path) with a motion or a signal, found {kind_of(motion)}{remedy}")
     path = path_of(path, "write(motion, path)")

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from retime.formats.registry import write
+from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 
 
-def file_of(clip: Motion | Signal, folder: Path) -> Path:
+def file_of(clip: AnyMotion, folder: Path) -> Path:
     """Return the file of a clip, written where there is none yet: the same clip has the same file.
 
     A motion read from an AMC becomes one again, any other a BVH, which does not hold the length of its unit; a signal
@@ -56,7 +56,7 @@ def file_of(clip: Motion | Signal, folder: Path) -> Path:
     return place
 
 
-def _digest(clip: Motion | Signal) -> str:
+def _digest(clip: AnyMotion) -> str:
     """Return letters that tell a clip from any other."""
     facts: tuple[object, ...]
     if isinstance(clip, Motion):

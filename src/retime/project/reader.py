@@ -11,15 +11,14 @@ from retime.brief import brief_repr
 from retime.errors import RetimeWarning
 from retime.formats.joint_map import read_joint_map
 from retime.formats.registry import read
+from retime.motion.any_motion import AnyMotion
 from retime.motion.grammar import parse_frame_range
 from retime.motion.kinematics import seems_z_up
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.project.document import ClipFile, CounterpartFile, Document, ReferenceFile
 from retime.project.faults import Fault, blaming
 from retime.search.poses.references import Reference
 
-AnyClip = Motion | Signal
 Find = Callable[[str], Path]
 
 
@@ -37,9 +36,9 @@ class Sources:
         For each reference what its first motion is cut out of.
     """
 
-    clips: tuple[AnyClip, ...]
+    clips: tuple[AnyMotion, ...]
     references: tuple[Reference, ...]
-    wholes: tuple[AnyClip, ...]
+    wholes: tuple[AnyMotion, ...]
 
     __repr__ = brief_repr
 
@@ -54,7 +53,7 @@ AnyFile = ClipFile | ReferenceFile | CounterpartFile
 _Key = tuple[str, str | None, str | None, str | None, int | None, int | None]
 
 
-def read_clip(file: AnyFile, path: Path, find: Find) -> AnyClip:
+def read_clip(file: AnyFile, path: Path, find: Find) -> AnyMotion:
     """Read one clip, all of its frames."""
     skeleton = None if file.skeleton is None else find(file.skeleton)
     clip = read(path, rate=file.fps, skeleton=skeleton, up=file.up)
@@ -69,14 +68,14 @@ def read_clip(file: AnyFile, path: Path, find: Find) -> AnyClip:
     return clip
 
 
-def _cut(clip: AnyClip, first_frame: int | None, last_frame: int | None) -> AnyClip:
+def _cut(clip: AnyMotion, first_frame: int | None, last_frame: int | None) -> AnyMotion:
     if first_frame is None and last_frame is None:
         return clip
     ends = ["" if frame is None else str(frame) for frame in (first_frame, last_frame)]
     return clip.frames(*parse_frame_range(":".join(ends), clip.n_frames, clip.first_frame))
 
 
-def _same_stretch(part: AnyClip, whole: AnyClip, other: AnyClip) -> AnyClip:
+def _same_stretch(part: AnyMotion, whole: AnyMotion, other: AnyMotion) -> AnyMotion:
     """Cut the stretch out of another clip that a part is of its whole, in time."""
     if part is whole:
         return other
@@ -98,9 +97,9 @@ class Reader:
     def __init__(self, find: Find = as_paths) -> None:
         self._find = find
         # Whole files, and what is cut out of them.
-        self._clips: dict[_Key, AnyClip] = {}
-        self._used: dict[_Key, AnyClip] = {}
-        self._references: dict[tuple[ReferenceFile, tuple[int, ...]], tuple[tuple[AnyClip, ...], Reference]] = {}
+        self._clips: dict[_Key, AnyMotion] = {}
+        self._used: dict[_Key, AnyMotion] = {}
+        self._references: dict[tuple[ReferenceFile, tuple[int, ...]], tuple[tuple[AnyMotion, ...], Reference]] = {}
         self._sources: Sources | None = None
 
     def read(self, document: Document) -> Sources:
@@ -131,7 +130,7 @@ class Reader:
             self._sources = found
         return self._sources
 
-    def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyClip:
+    def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:
         """Read a file, or remember it, and cut out the frames used."""
         whole = (file.path or "", file.fps, file.skeleton, file.up, None, None)
         part = (*whole[:4], first_frame, last_frame)
@@ -148,10 +147,10 @@ class Reader:
         return self._used[part]
 
     def _reference(
-        self, file: ReferenceFile, searched: tuple[int, ...], clips: list[AnyClip]
-    ) -> tuple[tuple[AnyClip, ...], Reference]:
+        self, file: ReferenceFile, searched: tuple[int, ...], clips: list[AnyMotion]
+    ) -> tuple[tuple[AnyMotion, ...], Reference]:
         """Make a reference; beside it stand the clips that it was made for."""
-        motions: list[AnyClip] = []
+        motions: list[AnyMotion] = []
         if file.path is None:
             first = _cut(clips[0], file.first_frame, file.last_frame)
             motions = [first, *(_same_stretch(first, clips[0], clips[i]) for i in searched[1:])]

@@ -10,11 +10,12 @@ from typing import Any
 
 from retime.brief import brief_repr
 from retime.errors import OptionError, RetimeWarning
+from retime.motion.any_motion import AnyMotion
 from retime.motion.grammar import parse_length, parse_speed, parse_speeds
 from retime.motion.rate import parse_rate
 from retime.project.document import Document, Key
 from retime.project.faults import Fault, blaming, option_fault
-from retime.project.reader import AnyClip, Find, Reader, Sources, as_paths
+from retime.project.reader import Find, Reader, Sources, as_paths
 from retime.search import options
 from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
 from retime.search.result import GuidedWarp
@@ -115,7 +116,7 @@ def _given(document: Document, stage: options.Stage) -> dict[str, Any]:
     return {name: document.options[name] for name in options.names(stage) if name in document.options}
 
 
-def _check_values(document: Document, clip: AnyClip) -> None:
+def _check_values(document: Document, clip: AnyMotion) -> None:
     """Refuse a value that says no length, rate or speed; say which it is."""
     readers: dict[str, Callable[[Any], object]] = {
         "length": lambda text: parse_length(text, clip.n_frames, clip.rate),

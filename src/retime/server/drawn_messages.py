@@ -6,6 +6,7 @@ import numpy as np
 
 from retime.errors import OptionError
 from retime.evaluate.metrics.flights import flight_spans
+from retime.motion.any_motion import AnyMotion
 from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
@@ -37,7 +38,7 @@ def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]
     return found
 
 
-def counterparts_of(clip: Motion | Signal, other: Motion | Signal, reference: Reference) -> tuple[str, ...]:
+def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> tuple[str, ...]:
     """For each joint or channel of a clip say which one of a reference's clip stands for it; "" where none does."""
     if isinstance(clip, Signal) and isinstance(other, Signal):
         wanted = [reference.joint_map.get(name, name) for name in clip.names]
@@ -55,9 +56,7 @@ def counterparts_of(clip: Motion | Signal, other: Motion | Signal, reference: Re
     return tuple(found.get(joint, "") for joint in range(len(own)))
 
 
-def _clip(
-    what: str, index: int, count: int, clip: Motion | Signal, whole: Motion | Signal, counterparts: tuple[str, ...]
-) -> Clip:
+def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, counterparts: tuple[str, ...]) -> Clip:
     names, parents = clip_nodes(clip)
     positions, values = np.zeros((0, 0, 3)), np.zeros((0, 0))
     if isinstance(clip, Motion):
@@ -87,7 +86,7 @@ def _clip(
     )
 
 
-def clip_nodes(clip: Motion | Signal) -> tuple[tuple[str, ...], tuple[int, ...]]:
+def clip_nodes(clip: AnyMotion) -> tuple[tuple[str, ...], tuple[int, ...]]:
     """Return names and parents of a motion's nodes, joints first and then end sites; of a signal its channels."""
     if isinstance(clip, Signal):
         return clip.names, ()
