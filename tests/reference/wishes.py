@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retime.kernels import StepPairs
 from retime.search.reduction import Reduction
 from retime.search.wishes.locks import Lock
 from tests.reference.paths import Frames
@@ -27,7 +28,22 @@ class Wishes:
     fastest: float = math.inf
 
 
-def paths(reduction: Reduction, max_skip: int, wishes: Wishes, lengths: Sequence[int]) -> Iterator[Frames]:
+# All steps up to some length, in any order; or a list of them, and which may follow which.
+Steps = int | StepPairs
+
+
+def lengths_of(steps: Steps) -> list[int]:
+    return list(range(1, steps + 1)) if isinstance(steps, int) else steps.steps.tolist()
+
+
+def follows(steps: Steps, before: int, after: int) -> bool:
+    if isinstance(steps, int):
+        return True
+    pairs = zip(steps.steps[steps.before].tolist(), steps.steps[steps.after].tolist(), strict=True)
+    return (before, after) in list(pairs)
+
+
+def paths(reduction: Reduction, steps: Steps, wishes: Wishes, lengths: Sequence[int]) -> Iterator[Frames]:
     """Yield every path of the given numbers of frames that meets the keytimes and obeys the wishes."""
     places = dict(zip(reduction.frames, reduction.positions, strict=True))
     last = reduction.n_input - 1
@@ -41,37 +57,36 @@ def paths(reduction: Reduction, max_skip: int, wishes: Wishes, lengths: Sequence
             return
         if here in places and places[here] != len(path) - 1:
             return
-        for step in range(1, max_skip + 1):
-            if here + step > last:
+        for step in lengths_of(steps):
+            if here + step > last or any(here < place < here + step for place in places):
                 return
-            yield from extend((*path, here + step))
-            if here + step in places:
-                return
+            if len(path) == 1 or follows(steps, here - path[-2], step):
+                yield from extend((*path, here + step))
 
     for path in extend((0,)):
-        if obeys(path, reduction, max_skip, wishes):
+        if obeys(path, reduction, steps, wishes):
             yield path
 
 
-def obeys(path: Frames, reduction: Reduction, max_skip: int, wishes: Wishes) -> bool:
+def obeys(path: Frames, reduction: Reduction, steps: Steps, wishes: Wishes) -> bool:
     if not set(reduction.frames) <= set(path):
         return False
     if wishes == Wishes() and all(key.speed is None for key in reduction.keytimes):
         return True
-    steps = list(itertools.pairwise(path))
-    for step in steps:
+    taken = list(itertools.pairwise(path))
+    for step in taken:
         if not holds(reduction, step) and not (
             wishes.slowest - CLOSE <= speed(reduction, step) <= wishes.fastest + CLOSE
         ):
             return False
-    for first, last, lock in locked_frames(reduction, max_skip, wishes.locks):
+    for first, last, lock in locked_frames(reduction, steps, wishes.locks):
         if first not in path or last not in path:
             return False
-        for step in steps:
+        for step in taken:
             if first <= step[0] and step[1] <= last and not plays(reduction, step, lock):
                 return False
     for key, frame in zip(reduction.keytimes, reduction.frames, strict=True):
-        for step in steps:
+        for step in taken:
             if key.speed is not None and frame in step and not holds(reduction, step):
                 if abs(speed(reduction, step) - key.speed) > NEAR * key.speed + CLOSE:
                     return False
@@ -102,7 +117,7 @@ def plays(reduction: Reduction, step: tuple[int, int], lock: Lock) -> bool:
     return lock.slowest - CLOSE <= speed(reduction, step) <= lock.fastest + CLOSE
 
 
-def locked_frames(reduction: Reduction, max_skip: int, locks: Sequence[Lock]) -> list[tuple[int, int, Lock]]:
+def locked_frames(reduction: Reduction, steps: Steps, locks: Sequence[Lock]) -> list[tuple[int, int, Lock]]:
     """Find the frames at which locks begin and end: from the nearest to a whole number of steps, in each span."""
     found = []
     for (f0, k0), (f1, k1) in itertools.pairwise(zip(reduction.frames, reduction.keytimes, strict=True)):
@@ -129,7 +144,7 @@ def locked_frames(reduction: Reduction, max_skip: int, locks: Sequence[Lock]) ->
                 if frame in able:
                     able |= {
                         frame + b
-                        for b in range(1, max_skip + 1)
+                        for b in lengths_of(steps)
                         if frame + b <= room and plays(reduction, (frame, frame + b), lock)
                     }
             nearest = min(able, key=lambda frame: (abs(frame - last), -frame))

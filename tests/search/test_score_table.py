@@ -7,6 +7,7 @@ import pytest
 
 from retime.arrays import FloatArray
 from retime.errors import InfeasibleWarpError
+from retime.kernels import StepPairs
 from retime.search.reduction import Reduction, reduce_to_compression
 from retime.search.score import build_model, triple_scores
 from retime.search.score_table import ScoreTable, score_table
@@ -24,19 +25,27 @@ REFERENCE = poses_at(np.arange(0, DURATION, 1 / RATE))
 MODEL = build_model([REFERENCE], rate=RATE, time_scale=0.2, n_neighbors=3, weights=[1.0])
 
 
+# All steps up to some, a few of them, and few pairs of these.
+STEPS = [
+    *(StepPairs.up_to(most) for most in (3, 4, 6)),
+    StepPairs.of([1, 2, 3, 4, 6, 8]),
+    StepPairs.of([1, 2, 3, 4, 6, 8], ratio=2.05),
+]
+
+
 class Scorer:
     """Scores poses, and counts them."""
 
-    def __init__(self, max_skip: int, score: str = "joint") -> None:
-        self.max_skip, self.score, self.n_scored = max_skip, score, 0
+    def __init__(self, steps: StepPairs, score: str = "joint") -> None:
+        self.steps, self.score, self.n_scored = steps, score, 0
 
     def __call__(self, poses: FloatArray) -> FloatArray:
         self.n_scored += len(poses)
-        return triple_scores(poses, MODEL, max_skip=self.max_skip, score=self.score)
+        return triple_scores(poses, MODEL, steps=self.steps, score=self.score)
 
 
 def table(reduction: Reduction, scorer: Scorer, before: ScoreTable | None) -> ScoreTable:
-    return score_table(reduction, scorer.max_skip, poses_at(reduction.input_times), scorer, before)
+    return score_table(reduction, scorer.steps, poses_at(reduction.input_times), scorer, before)
 
 
 def reduction_through(inner: list[tuple[float, float]], upsample: int | list[int]) -> Reduction:
@@ -53,7 +62,7 @@ def test_rows_that_are_kept_equal_rows_that_are_scored(score: str) -> None:
     rng = np.random.default_rng(3)
     before, saved = None, 0
     for turn in range(40):
-        scorer = Scorer(int(rng.choice([3, 4, 6])), score)
+        scorer = Scorer(STEPS[rng.integers(len(STEPS))], score)
         # Forward, held and backward spans; the same keys a little elsewhere, most of the time.
         if turn % 4 == 0:
             into = rng.uniform(0.5, 7.5, 2)
@@ -65,7 +74,7 @@ def test_rows_that_are_kept_equal_rows_that_are_scored(score: str) -> None:
         except InfeasibleWarpError:
             continue
         found = table(reduction, scorer, before)
-        fresh = triple_scores(poses_at(reduction.input_times), MODEL, max_skip=scorer.max_skip, score=score)
+        fresh = triple_scores(poses_at(reduction.input_times), MODEL, steps=scorer.steps, score=score)
         assert np.array_equal(found.scores, fresh)
         saved += scorer.n_scored < reduction.n_input
         before = found
@@ -73,7 +82,7 @@ def test_rows_that_are_kept_equal_rows_that_are_scored(score: str) -> None:
 
 
 def test_a_key_that_moves_scores_only_what_lies_beside_it() -> None:
-    scorer = Scorer(8)
+    scorer = Scorer(StepPairs.up_to(8))
     before = table(reduction_through([(4.0, 3.0)], [1, 4]), scorer, None)
     scorer.n_scored = 0
     after = table(reduction_through([(4.1, 3.0)], [1, 4]), scorer, before)
@@ -83,15 +92,22 @@ def test_a_key_that_moves_scores_only_what_lies_beside_it() -> None:
 
 
 def test_longer_steps_are_scored_anew() -> None:
-    before = table(reduction_through([], 1), Scorer(4), None)
-    scorer = Scorer(6)
+    four, five, six = (StepPairs.up_to(most) for most in (4, 5, 6))
+    before = table(reduction_through([], 1), Scorer(four), None)
+    scorer = Scorer(six)
     after = table(reduction_through([], 1), scorer, before)
     assert scorer.n_scored == after.reduction.n_input
-    assert not before.serves(after.reduction, 6)
-    assert before.serves(after.reduction, 4)
-    assert after.serves(before.reduction, 4)
-    assert np.array_equal(after.up_to(4), before.scores)
+    assert not before.serves(after.reduction, six)
+    assert before.serves(after.reduction, four)
+    assert after.serves(before.reduction, four)
+    assert np.array_equal(after.of(four), before.scores)
     # What grows once grows further; what shrinks a little stays.
-    assert before.next_skip(20) > 20
-    assert after.next_skip(5) == 6
-    assert after.next_skip(2) == 2
+    assert before.next_steps(StepPairs.up_to(20)).longest > 20
+    assert after.next_steps(five).longest == 6
+    assert after.next_steps(StepPairs.up_to(2)).longest == 2
+    # A list of steps has what it says, and is had from a table of all.
+    few = StepPairs.of([1, 2, 4], ratio=2.0)
+    assert after.serves(after.reduction, few)
+    assert not before.serves(before.reduction, StepPairs.of([1, 5]))
+    assert after.next_steps(few) is few
+    assert np.array_equal(after.of(few), triple_scores(after.poses, MODEL, steps=few))

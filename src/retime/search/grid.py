@@ -6,9 +6,11 @@ import itertools
 import math
 from collections.abc import Sequence
 
+from retime.kernels import StepPairs
 from retime.limits import MAX_STEP
 from retime.search.reduction import SLOWEST_SEARCHED, Reduction
 from retime.search.wishes.asked import Wishes
+from retime.search.wishes.steps import fixed_step, steps_between
 from retime.search.wishes.upsampling import upsample_for
 from retime.warp.keytime import Keytime
 
@@ -16,11 +18,25 @@ DEFAULT_MAX_SKIP = 8
 # Frames offered per analysis period where a motion may slow down. Another's timing is met two to three times as closely
 # in eighths as in quarters (docs/method.md), at three times the cost: worth it up to so many seconds of input.
 _QUARTERS, _EIGHTHS, _EIGHTHS_UP_TO = 4, 8, 120.0
+# Natural hurry needs speeds such as 1.25; where an input is longer than so many seconds it makes do with 1.5.
+_HALVES, _QUARTERS_UP_TO = 2, 120.0
+# How many times faster than life a natural hurry may be anywhere.
+_NATURAL_SPEED = 8
+# Of two neighbouring steps the longer may be so many times the shorter: one half to one and the like, and a bit.
+_NEIGHBORS = 2.05
 
 
-def choose_upsamples(keytimes: Sequence[Keytime], wishes: Wishes, *, itself: bool, loop: bool) -> tuple[int, ...]:
-    """1 where the input moves like itself and a span gets no longer; else 4, 8, or what the mean speed asks for."""
+def choose_upsamples(
+    keytimes: Sequence[Keytime], wishes: Wishes, *, itself: bool, loop: bool, natural: bool = False
+) -> tuple[int, ...]:
+    """Choose for each span how many frames are offered per analysis period.
+
+    1 where the input moves like itself and a span gets no longer; else 4, 8, or what the mean speed asks for. Where
+    hurry is to be natural, 4 wherever the length changes (2 in long takes).
+    """
     usual = _QUARTERS if itself else usual_upsample(wishes.input_end)
+    if natural and wishes.input_end > _QUARTERS_UP_TO:
+        usual = _HALVES
     slower = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents]) < 1
     limit = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
     chosen = []
@@ -28,10 +44,12 @@ def choose_upsamples(keytimes: Sequence[Keytime], wishes: Wishes, *, itself: boo
         mean = abs(after.input_time - before.input_time) / (after.output_time - before.output_time)
         if math.isinf(after.output_time):
             least = usual
-        elif mean < SLOWEST_SEARCHED or (itself and mean > 0.999 and not slower):
+        elif mean < SLOWEST_SEARCHED or (itself and mean > 0.999 and not slower and not (natural and mean > 1.001)):
             least = 1
         elif mean < 1:
             least = max(usual, _ample(1 / mean, 16))
+        elif natural:
+            least = max(1, usual // max(1, math.floor(mean / 2)))
         else:
             # What plays fast throughout needs no frames so fine.
             least = max(1, usual // math.floor(mean))
@@ -42,8 +60,8 @@ def choose_upsamples(keytimes: Sequence[Keytime], wishes: Wishes, *, itself: boo
     return tuple(chosen)
 
 
-def choose_max_skip(reduction: Reduction, wishes: Wishes, *, itself: bool) -> int:
-    """8, or twice unit speed, or ample for the mean step; or what the speed limits say."""
+def choose_max_skip(reduction: Reduction, wishes: Wishes, *, itself: bool, natural: bool = False) -> int:
+    """8, or twice unit speed (eight times where hurry is natural), or ample for the mean step; or what limits say."""
     if wishes.fastest < math.inf:
         return max(1, math.floor(wishes.fastest * reduction.upsample + 1e-6))
     anchors = reduction.anchors[:-1] if reduction.free else reduction.anchors
@@ -53,7 +71,40 @@ def choose_max_skip(reduction: Reduction, wishes: Wishes, *, itself: bool) -> in
     ample = min(_ample(max(mean, default=0.0), 64), MAX_STEP)
     # Another's timing may be twice as fast anywhere.
     usual = DEFAULT_MAX_SKIP if itself else max(DEFAULT_MAX_SKIP, 2 * min(reduction.upsample, _EIGHTHS))
+    if natural:
+        usual = min(_NATURAL_SPEED * reduction.upsample, MAX_STEP)
     return max(usual, ample, math.ceil(wanted - 1e-6))
+
+
+def natural_steps(reduction: Reduction, wishes: Wishes, max_skip: int) -> StepPairs:
+    """Choose the steps that a natural hurry needs: close together about unit speed, an octave apart at high speeds.
+
+    With 4 frames a period they play at 1/4, 1/2, 3/4, 1, 5/4, 3/2, 2, 3, 4 and 8. What wishes ask for is added.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        The spans, with their upsamplings.
+    wishes : Wishes
+        Locks, tangents and limits.
+    max_skip : int
+        The longest step.
+    """
+    found = {1, max_skip}
+    ranges = [(lock.slowest, lock.fastest) for lock in wishes.locks] + [(wishes.slowest, wishes.fastest)]
+    for upsample in set(reduction.upsamples):
+        # Finer than an eighth of the speed nothing can be told apart; slow speeds have what whole frames give.
+        apart = max(1, upsample // _EIGHTHS)
+        found |= {step for step in range(1, upsample + upsample // 2 + 1) if step <= 6 or step % apart == 0}
+        found |= {upsample, 3 * upsample}
+        found |= {upsample << octave for octave in range(1, MAX_STEP.bit_length())}
+        for speed in [*wishes.tangents, *(lock.fastest for lock in wishes.locks if lock.fixed)]:
+            step = fixed_step(abs(speed), upsample)
+            found |= set() if step is None else {step}
+        for slowest, fastest in ranges:
+            between = steps_between(slowest, fastest, upsample, max_skip)
+            found |= {between[0], between[-1]} if between else set()
+    return StepPairs.of(sorted(step for step in found if 1 <= step <= max_skip), ratio=_NEIGHBORS)
 
 
 def usual_upsample(input_end: float) -> int:

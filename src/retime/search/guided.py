@@ -28,9 +28,13 @@ def guided_warp(
     keys: Sequence[str | Sequence[float | str | None]] = (),
     locks: Sequence[Lock | str] = (),
     speed: str | Sequence[float | str] | None = None,
+    evenness: float | None = None,
+    keep_flights: float | None = None,
+    flights: Sequence[Sequence[float | str]] | None = None,
     smoothness: float = 0.0,
     influence: ArrayLike = 1.0,
     loop: bool = False,
+    paper: bool = False,
     rate: float | str | None = None,
     max_skip: int | None = None,
     upsample: int | None = None,
@@ -69,6 +73,14 @@ def guided_warp(
     speed : (slowest, fastest), optional
         Slowest and fastest playback speed, numbers or text (``"1/2"``); or both in a text,
         ``"1/2..4"``. Sets `upsample` and `max_skip` where those are left out.
+    evenness : float, optional
+        How evenly moving parts share the hurry: a weight on ln² of the speed wherever something moves. Pauses give way
+        first; a walk is hurried as a whole. Left out: 4 where a figure moves like itself, 0.1 where it moves like
+        another, 0 for signals. 0 leaves the choice to the scores alone.
+    keep_flights : float, optional
+        How strongly flights are played at their own speed. Left out: 24 where a figure moves like itself, else 0.
+    flights : sequence of (start, end), optional
+        Input times between which a figure flies, in place of what is found (`Motion.flights`).
     smoothness : float
         Weight on changes of log-speed, in median scores; 0 is off.
     influence : float, or array of shape (n, 2)
@@ -76,6 +88,9 @@ def guided_warp(
         (§5). A curve is rows of (output time, influence).
     loop : bool
         The clip is a cycle and stays one: first and last speed agree, and the seam is scored.
+    paper : bool
+        The paper read literally: torso space, a time scale of one frame, its plain sum for a free length, no price on
+        tempo. Options that are given beside it, and differ from their defaults, hold.
     rate : number or str, optional
         Analysis rate, Hz; 30 (the paper's) where left out. For an array it is the array's rate too. The output
         keeps the input's own rate.
@@ -127,5 +142,7 @@ def guided_warp(
     """
     # The signature above is written out for people; what it says is compared with `retime.search.options` by a test.
     given = locals()
-    session = Session(motion, reference=reference, **{name: given[name] for name in options.names("analysis")})
+    session = Session(
+        motion, reference=reference, flights=flights, **{name: given[name] for name in options.names("analysis")}
+    )
     return session.solve(keys=keys, locks=locks, **{name: given[name] for name in options.names("solve")})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -10,8 +12,9 @@ from typing import Any
 from retime.arrays import BoolArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
+from retime.kernels import StepPairs
 from retime.limits import MAX_STEP
-from retime.search.grid import choose_max_skip, choose_upsamples
+from retime.search.grid import choose_max_skip, choose_upsamples, natural_steps
 from retime.search.reduction import Reduction, nearest_frame, reduce_to_compression
 from retime.search.wishes.allowed import allowed_steps
 from retime.search.wishes.asked import Wishes
@@ -42,6 +45,10 @@ class Request:
         First and last step must be able to agree.
     upsample, max_skip : int, optional
         As `retime.guided_warp` has them; left out, they are chosen.
+    evenness, keep_flights : float
+        Weights of the price on tempo; 0 is none.
+    natural : bool
+        Hurry is shared out by a price on tempo, on the grid of steps that this needs.
     """
 
     keytimes: tuple[Keytime, ...]
@@ -51,6 +58,9 @@ class Request:
     loop: bool = False
     upsample: int | None = None
     max_skip: int | None = None
+    evenness: float = 0.0
+    keep_flights: float = 0.0
+    natural: bool = False
 
     @property
     def free(self) -> bool:
@@ -73,8 +83,10 @@ class SearchPlan:
         What was asked for.
     reduction : Reduction
         The unrolled input.
-    max_skip : int
-        Largest step.
+    steps : StepPairs
+        The steps that there are, and which of them may follow which.
+    loose : tuple of int
+        Unrolled frames at which any step may follow any, however `steps` limits neighbours: keytimes, ends of locks.
     locked : tuple of LockedSpan
         Where locks bind the unrolled input.
     allowed : bool array, shape (n_input, max_skip)
@@ -86,12 +98,18 @@ class SearchPlan:
 
     request: Request
     reduction: Reduction
-    max_skip: int
+    steps: StepPairs
+    loose: tuple[int, ...]
     locked: tuple[LockedSpan, ...]
     allowed: BoolArray
     n_output: int | tuple[int, int] | None
 
     __repr__ = brief_repr
+
+    @property
+    def max_skip(self) -> int:
+        """The largest step."""
+        return self.steps.longest
 
     @property
     def anchors(self) -> tuple[tuple[int, int], ...]:
@@ -130,7 +148,7 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     if given_skip is not None and not 1 <= given_skip <= MAX_STEP:
         raise OptionError(f"max_skip must be from 1 to {MAX_STEP}, found {given_skip}", option="max_skip")
     chosen: Upsamples = (
-        choose_upsamples(request.keytimes, wishes, itself=itself, loop=request.loop)
+        choose_upsamples(request.keytimes, wishes, itself=itself, loop=request.loop, natural=request.natural)
         if request.upsample is None
         else request.upsample
     )
@@ -139,13 +157,28 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
         return reduce_to_compression(request.keytimes, wishes.input_end, rate=rate, upsample=upsample)
 
     def skip_for(reduction: Reduction) -> int:
-        return choose_max_skip(reduction, wishes, itself=itself) if given_skip is None else given_skip
+        if given_skip is not None:
+            return given_skip
+        return choose_max_skip(reduction, wishes, itself=itself, natural=request.natural)
 
     def attempt(reduction: Reduction, max_skip: int, **messages: Any) -> SearchPlan:
+        if request.natural and given_skip is None:
+            # A few steps are enough, but where keytimes and locks stand close together.
+            with contextlib.suppress(InfeasibleWarpError):
+                return planned(reduction, natural_steps(reduction, wishes, max_skip))
+        return planned(reduction, StepPairs.up_to(max_skip), **messages)
+
+    def planned(reduction: Reduction, steps: StepPairs, **messages: Any) -> SearchPlan:
         named = request.named
-        locked = locked_spans(reduction, max_skip, wishes.input_end, wishes.locks, named=named)
+        locked = locked_spans(reduction, steps, wishes.input_end, wishes.locks, named=named)
         allowed = allowed_steps(
-            reduction, max_skip, locked=locked, slowest=wishes.slowest, fastest=wishes.fastest, named=named
+            reduction,
+            steps.longest,
+            steps=steps,
+            locked=locked,
+            slowest=wishes.slowest,
+            fastest=wishes.fastest,
+            named=named,
         )
         counts = _length_range(request, reduction) if request.free else None
         last_frame = float(1 / request.motion_rate)
@@ -154,7 +187,7 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
         # bounds nothing counts.
         uncounted = request.free and len(request.keytimes) == 2 and request.length_bounds == (2, None)
         n_output = reduction.n_output if counts is None else None if uncounted else counts
-        return SearchPlan(request, reduction, max_skip, locked, allowed, n_output)
+        return SearchPlan(request, reduction, steps, _loose_frames(reduction, locked), locked, allowed, n_output)
 
     def fits(upsample: Upsamples, max_skip: int) -> bool:
         try:
@@ -205,6 +238,19 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
             option="speed",
         )
     return attempt(reduction, skip, wishes=str(wishes), fits=fits)
+
+
+def _loose_frames(reduction: Reduction, locked: Sequence[LockedSpan]) -> tuple[int, ...]:
+    """List the unrolled frames where somebody asked for a change of speed, however great."""
+    found = set(reduction.frames[1:-1])
+    found.update(frame for span in locked for frame in (span.first, span.last))
+    for place, key in enumerate(reduction.keytimes):
+        if key.speed is not None:
+            # The steps to and from the keytime have its speed; the ones beside those need not come near it.
+            for upsample in reduction.upsamples[max(0, place - 1) : place + 1]:
+                step = max(1, round(abs(key.speed) * upsample))
+                found.update((reduction.frames[place] - step, reduction.frames[place] + step))
+    return tuple(sorted(frame for frame in found if 0 < frame < reduction.n_input - 1))
 
 
 def _length_range(request: Request, reduction: Reduction) -> tuple[int, int]:

@@ -36,6 +36,8 @@ class GuidedWarp:
         The selected frames of the unrolled input, their scores and total.
     plan : SearchPlan
         What the search was offered, and the steps that it was allowed.
+    tempo : float array, shape (n_input, n_steps), or None
+        What the price on tempo charged each step (`retime.search.wishes.tempo`); None where there was none.
     reduction : Reduction
         The unrolled input; of a free length with the length that was found.
     model : Model
@@ -66,6 +68,7 @@ class GuidedWarp:
     staircase: Warp
     path: FramePath
     plan: SearchPlan
+    tempo: FloatArray | None
     reduction: Reduction
     model: Model
     references: tuple[str, ...]

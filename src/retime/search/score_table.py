@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retime.arrays import BoolArray, FloatArray
+from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
+from retime.kernels import StepPairs
 from retime.limits import MAX_STEP
 from retime.search.reduction import Reduction, nearest_frame
 
@@ -25,78 +26,96 @@ class ScoreTable:
     ----------
     reduction : Reduction
         What was unrolled.
-    max_skip : int
-        Largest step.
-    scores : float array, shape (n_input, max_skip, max_skip)
+    steps : StepPairs
+        The pairs of steps that are scored.
+    scores : float array, shape (n_input, n_pairs)
         As `retime.search.score.triple_scores` gives them.
     poses : float array, shape (n_input, n_numbers)
         Of the unrolled input.
     """
 
     reduction: Reduction
-    max_skip: int
+    steps: StepPairs
     scores: FloatArray
     poses: FloatArray
 
     __repr__ = brief_repr
 
-    def serves(self, reduction: Reduction, max_skip: int) -> bool:
+    def serves(self, reduction: Reduction, steps: StepPairs) -> bool:
         """Whether it holds these scores."""
-        return max_skip <= self.max_skip and np.array_equal(self.reduction.input_times, reduction.input_times)
+        return self._places(steps) is not None and np.array_equal(self.reduction.input_times, reduction.input_times)
 
-    def up_to(self, max_skip: int) -> FloatArray:
-        """Return the scores of steps no longer than `max_skip`."""
-        return np.ascontiguousarray(self.scores[:, :max_skip, :max_skip])
+    def of(self, steps: StepPairs) -> FloatArray:
+        """Return the scores of pairs of steps, all of which it holds; shape (n_input, n_pairs)."""
+        return self.rows(0, len(self.scores), steps)
 
-    def next_skip(self, max_skip: int) -> int:
-        """Choose the longest step of the next table: `max_skip` or more, so that tables are not made anew too often."""
-        if max_skip <= self.max_skip:
-            return self.max_skip if self.max_skip <= 1.5 * max_skip else max_skip
+    def rows(self, first: int, last: int, steps: StepPairs) -> FloatArray:
+        """Return the scores of pairs of steps in some rows."""
+        places = self._places(steps)
+        assert places is not None
+        rows = self.scores[first:last]
+        return rows if np.array_equal(places, np.arange(self.steps.n_pairs)) else np.ascontiguousarray(rows[:, places])
+
+    def holds(self, steps: StepPairs) -> bool:
+        """Whether all pairs of steps are scored."""
+        return self._places(steps) is not None
+
+    def _places(self, steps: StepPairs) -> IntArray | None:
+        """Places of pairs of steps among its own; None where it lacks one."""
+        places = self.steps.pair_of(steps.steps[steps.before], steps.steps[steps.after])
+        return None if np.any(places < 0) else places
+
+    def next_steps(self, steps: StepPairs) -> StepPairs:
+        """Choose the steps of the table that follows, which must have `steps` and should not grow often."""
+        # A list of steps changes with what is wished for, and seldom; what grows as a key is dragged is their number.
+        if not (steps.every and self.steps.every):
+            return steps
+        max_skip, longest = steps.longest, self.steps.longest
+        if max_skip <= longest:
+            return self.steps if longest <= 1.5 * max_skip else steps
         grown = min(MAX_STEP, max_skip + max_skip // 4)
-        return grown if self.reduction.n_input * grown**2 <= _MOST_SPARE else max_skip
+        return StepPairs.up_to(grown) if self.reduction.n_input * grown**2 <= _MOST_SPARE else steps
 
 
 def score_table(
     reduction: Reduction,
-    max_skip: int,
+    steps: StepPairs,
     poses: FloatArray,
     score: Callable[[FloatArray], FloatArray],
     before: ScoreTable | None,
 ) -> ScoreTable:
     """Score an unrolled input; take from another table of the same clip the rows that it has already.
 
-    A row's scores depend on the frames up to `max_skip` before and after it, and on nothing else: inside a span they
-    are the same wherever the span's ends are.
+    A row's scores depend on the frames up to the longest step before and after it, and on nothing else: inside a span
+    they are the same wherever the span's ends are.
 
     Parameters
     ----------
     reduction : Reduction
         What is unrolled.
-    max_skip : int
-        Largest step.
+    steps : StepPairs
+        The pairs of steps to score.
     poses : float array, shape (n_input, n_numbers)
         Of the unrolled input.
     score : function
-        Scores some consecutive poses.
+        Scores some consecutive poses: shape (n, n_pairs).
     before : ScoreTable, optional
         Made with the same `score`.
     """
-    n_input = len(poses)
-    kept = (
-        [] if before is None or before.max_skip < max_skip else list(_same_rows(reduction, before.reduction, max_skip))
-    )
+    n_input, longest = len(poses), steps.longest
+    kept = [] if before is None or not before.holds(steps) else list(_same_rows(reduction, before.reduction, longest))
     missing = np.ones(n_input, dtype=bool)
     for first, last, _ in kept:
         missing[first:last] = False
     if before is None or missing.sum() > n_input // 2:
-        return ScoreTable(reduction, max_skip, score(poses), poses)
-    scores = np.empty((n_input, max_skip, max_skip))
+        return ScoreTable(reduction, steps, score(poses), poses)
+    scores = np.empty((n_input, steps.n_pairs))
     for first, last, other in kept:
-        scores[first:last] = before.scores[other : other + last - first, :max_skip, :max_skip]
+        scores[first:last] = before.rows(other, other + last - first, steps)
     for first, last in _runs(missing):
-        begin, end = max(0, first - max_skip), min(n_input, last + max_skip)
+        begin, end = max(0, first - longest), min(n_input, last + longest)
         scores[first:last] = score(poses[begin:end])[first - begin : last - begin]
-    return ScoreTable(reduction, max_skip, scores, poses)
+    return ScoreTable(reduction, steps, scores, poses)
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,12 @@ from numpy.typing import ArrayLike
 from retime.arrays import FloatArray, IntArray, as_real
 from retime.brief import kind_of
 from retime.checks import real
-from retime.errors import OptionError
+from retime.errors import InfeasibleWarpError, OptionError
+from retime.kernels import StepPairs
 from retime.motion.any_motion import AnyMotion
 from retime.motion.first_frames import hint_at_first_frames
-from retime.motion.grammar import parse_length, parse_speed, parse_speeds, read_lock
+from retime.motion.grammar import parse_length, parse_speed, parse_speeds, parse_time, read_lock
+from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
 from retime.search import options
 from retime.search.inputs import as_clips, as_references
@@ -43,12 +45,16 @@ from retime.search.wishes.asked import Wishes
 from retime.search.wishes.kept import kept_positions, kept_speeds, speed_bounds
 from retime.search.wishes.locks import Lock
 from retime.search.wishes.prices import add_smoothness, neutral_weights, weigh_neutral
+from retime.search.wishes.tempo import Tempo, tempo_of, tempo_prices
 from retime.warp.blend import blend
 from retime.warp.curve import Warp
 from retime.warp.keytime import Keytime
 from retime.warp.spline import spline_warp
 
 DEFAULT_RATE = 30
+# Weights of the price on tempo, by docs/study: how evenly moving parts share a hurry, for a figure that moves like
+# itself and for one that moves like another; and how strongly flights keep their own speed.
+EVENNESS, EVENNESS_OF_ANOTHER, KEEP_FLIGHTS = 4.0, 0.1, 24.0
 
 
 class Session:
@@ -56,7 +62,7 @@ class Session:
 
     Parameters
     ----------
-    motion, reference
+    motion, reference, flights
         As `retime.guided_warp` has them.
     **given
         Its options that don't depend on keytimes: those of the stage "analysis" in `retime.search.options`.
@@ -76,12 +82,14 @@ class Session:
         motion: AnyMotion | ArrayLike | Sequence[AnyMotion],
         *,
         reference: AnyMotion | ArrayLike | Reference | Sequence[AnyMotion | Reference] | None = None,
+        flights: Sequence[Sequence[float | str]] | None = None,
         **given: Any,
     ) -> None:
         clock = Clock()
         # Chosen joints and their weights come as a value of their own.
         features = given.pop("features", None)
         chosen = options.completed("analysis", given)
+        self.paper: bool = chosen["paper"]
         rate = chosen["rate"]
         self.rate = float(parse_rate(DEFAULT_RATE if rate is None else rate))
         self.clips = as_clips(motion, rate)
@@ -92,6 +100,10 @@ class Session:
         self.itself = reference is None or reference is motion
         self.n_neighbors: int = chosen["n_neighbors"]
         self.time_scale: float = chosen["time_scale"]
+        if self.paper and self.time_scale == options.default_of("time_scale"):
+            self.time_scale = 1.0 / self.rate
+        if self.paper and features is None and all(isinstance(clip, Motion) for clip in self.clips):
+            features = "torso"
         self.low_pass: float = chosen["low_pass"]
         self.score: ScoreName = chosen["score"]
         poses = model_poses(
@@ -104,6 +116,8 @@ class Session:
         self.n_reference = sum(len(track.at_rate(self.rate, self.low_pass)) for track in self._reference_tracks)
         self._model = self._model_at(self.rate)
         self._table: ScoreTable | None = None
+        self._tempo: Tempo | None = None
+        self._flights = None if flights is None else _read_flights(flights, self.motion)
         self._analysis_seconds = {"features": clock.lap()}
 
     def __repr__(self) -> str:
@@ -132,12 +146,11 @@ class Session:
         request = self._request(keys, locks, chosen)
         with asking_for_a_share(self.motion, chosen["length"]):
             plan = make_plan(request, rate=self.rate, itself=self.itself)
-        scores, poses = self._scores(plan)
+        poses = self._unrolled(plan)
+        scores = self._scores(plan)
         seconds = dict(self._analysis_seconds)
         seconds["scores"] = clock.lap()
-        neutral = request.free and chosen["free_weight"] == "neutral"
-        task = PathTask(plan, self._costs(scores, plan, chosen["smoothness"], neutral), chosen["search"])
-        path, excess = self._find(task, poses, neutral)
+        path, excess, tempo = self._search(plan, scores, poses, chosen)
         reduction = plan.finished(path.frames)
         seconds["path"] = clock.lap()
         staircase, warp = self._curve(plan, reduction, path, chosen["smoothing"])
@@ -151,6 +164,7 @@ class Session:
             staircase=staircase,
             path=path,
             plan=plan,
+            tempo=tempo,
             reduction=reduction,
             model=self._model,
             references=self.references,
@@ -177,6 +191,7 @@ class Session:
             )
         keytimes = check_keytimes(as_keytimes(self.motion, chosen["length"], keys), self.motion.end_time)
         bounds = self._length_bounds(chosen["min_length"], chosen["max_length"])
+        evenness, keep_flights = self._weights(chosen["evenness"], chosen["keep_flights"])
         request = Request(
             keytimes=keytimes,
             wishes=Wishes(
@@ -191,6 +206,9 @@ class Session:
             loop=chosen["loop"],
             upsample=chosen["upsample"],
             max_skip=chosen["max_skip"],
+            evenness=evenness,
+            keep_flights=keep_flights,
+            natural=self.itself and (evenness > 0 or keep_flights > 0),
         )
         if not request.free and not (chosen["min_length"] is None and chosen["max_length"] is None):
             raise OptionError("bounds on the length need a free length (length='free')", option="length")
@@ -213,17 +231,59 @@ class Session:
         except OptionError as error:
             raise OptionError(str(error), option=option) from None
 
-    def _costs(self, scores: FloatArray, plan: SearchPlan, smoothness: float, neutral: bool) -> FloatArray:
-        """Put prices on scores, and forbid what wishes forbid; the scores themselves stay as they are."""
-        wishes = plan.request.wishes
-        if wishes.any or smoothness or neutral:
-            scores = scores.copy()
-        add_smoothness(scores, smoothness, plan.reduction)
-        if wishes.any:
-            forbid(scores, plan.allowed)
-        if neutral:
-            weigh_neutral(scores, plan.reduction)
-        return scores
+    def _weights(self, evenness: float | None, keep_flights: float | None) -> tuple[float, float]:
+        """Choose the weights of the price on tempo where they are left out."""
+        figure = not self.paper and any(isinstance(clip, Motion) and clip.skeleton.n_joints > 1 for clip in self.clips)
+        usual = (EVENNESS, KEEP_FLIGHTS) if self.itself else (EVENNESS_OF_ANOTHER, 0.0)
+        return tuple(  # type: ignore[return-value]
+            (default if figure else 0.0) if given is None else given
+            for given, default in zip((evenness, keep_flights), usual, strict=True)
+        )
+
+    def _search(
+        self, plan: SearchPlan, scores: FloatArray, poses: FloatArray, chosen: dict[str, Any]
+    ) -> tuple[FramePath, float | None, FloatArray | None]:
+        """Put prices on scores, and find the path; of the heuristic also its excess. Also the prices on tempo."""
+        neutral = plan.request.free and chosen["free_weight"] == "neutral" and not self.paper
+        weights = plan.request.evenness, plan.request.keep_flights
+
+        def task_of(steps: StepPairs, costs: FloatArray) -> tuple[PathTask, FloatArray | None]:
+            add_smoothness(costs, chosen["smoothness"], plan.reduction, steps)
+            if neutral:
+                weigh_neutral(costs, plan.reduction, steps)
+            tempo, first = None, np.zeros(steps.n_steps)
+            if any(weights):
+                tempo = tempo_prices(self.tempo, plan.reduction, steps, evenness=weights[0], keep_flights=weights[1])
+                costs += tempo[:, steps.after]
+                first = tempo[0]
+            if plan.request.wishes.any:
+                forbid(costs, plan.allowed, steps)
+            return PathTask(plan, costs, steps, first, chosen["search"]), tempo
+
+        limited = plan.steps
+        steps, costs = self._loosened(plan, scores, poses)
+        try:
+            task, tempo = task_of(steps, costs)
+            return *self._find(task, poses, neutral), tempo
+        except InfeasibleWarpError:
+            every = StepPairs.of(limited.steps)
+            if limited.n_pairs == every.n_pairs:
+                raise
+        # Neighbouring speeds that lie near each other leave no way through: any may follow any.
+        task, tempo = task_of(every, self._triples(poses, every, self._model))
+        return *self._find(task, poses, neutral), tempo
+
+    def _loosened(self, plan: SearchPlan, scores: FloatArray, poses: FloatArray) -> tuple[StepPairs, FloatArray]:
+        """Return a copy of the scores in which, at loose frames, any step may follow any."""
+        limited, every = plan.steps, StepPairs.of(plan.steps.steps)
+        if not plan.loose or limited.n_pairs == every.n_pairs:
+            return limited, scores.copy()
+        costs = np.full((len(scores), every.n_pairs), np.inf)
+        costs[:, every.pair_of(limited.steps[limited.before], limited.steps[limited.after])] = scores
+        for frame in plan.loose:
+            begin, end = max(0, frame - every.longest), min(len(poses), frame + every.longest + 1)
+            costs[frame] = self._triples(poses[begin:end], every, self._model)[frame - begin]
+        return every, costs
 
     def _find(self, task: PathTask, poses: FloatArray, neutral: bool) -> tuple[FramePath, float | None]:
         """Find the path by the method that is asked for; of the heuristic also its excess."""
@@ -233,16 +293,35 @@ class Session:
 
             def coarse_scores(frames: IntArray, max_skip: int) -> FloatArray:
                 coarse = self._tracks.at(plan.reduction.input_times[frames], self.low_pass)
-                return self._triples(coarse, max_skip, self._coarse_model(self.rate / every))
+                steps = StepPairs.up_to(max_skip)
+                scores = self._triples(coarse, steps, self._coarse_model(self.rate / every))
+                return scores.reshape(-1, max_skip, max_skip)
 
             return heuristic_path(replace(task, search="priced"), every, coarse_scores)
         if not plan.request.loop:
             return exact_path(task), None
-        seam = self._seam_costs(plan, poses)
+        seam = self._seam_costs(task, poses)
         if neutral:
             upsamples = plan.reduction.upsamples
-            seam = seam * np.diagonal(neutral_weights(plan.max_skip, upsamples[-1], upsamples[0]))
+            weights = neutral_weights(StepPairs.up_to(plan.max_skip), upsamples[-1], upsamples[0])
+            seam = seam * np.diagonal(weights.reshape(plan.max_skip, plan.max_skip))[task.steps.steps - 1]
         return loop_path(task, seam), None
+
+    @property
+    def tempo(self) -> Tempo:
+        """How much the input moves, and when it flies."""
+        if self._tempo is None:
+            poses = self._tracks.at_rate(self.rate, self.low_pass)
+            flights = self._flights
+            if flights is None:
+                flights = sorted(
+                    (first / float(clip.rate), last / float(clip.rate))
+                    for clip in self.clips
+                    if isinstance(clip, Motion)
+                    for first, last in clip.flights()
+                )
+            self._tempo = tempo_of(poses, self.rate, self.time_scale, flights)
+        return self._tempo
 
     def _curve(self, plan: SearchPlan, reduction: Reduction, path: FramePath, smoothing: int) -> tuple[Warp, Warp]:
         """Put the path on its keytimes, and smooth it: the staircase, and the curve."""
@@ -265,10 +344,20 @@ class Session:
             # A window of one frame averages nothing.
             0.0 if smoothing in (0, 1) else smoothing / self.rate,
             float(self.motion.rate),
-            keep=staircase.output_times[kept_positions(reduction, path.frames, plan.locked)],
+            keep=staircase.output_times[self._kept(plan, reduction, path.frames)],
             loop=loop,
         )
         return staircase, warp
+
+    def _kept(self, plan: SearchPlan, reduction: Reduction, frames: IntArray) -> IntArray:
+        """List the places in a path that smoothing must not reach across: of wishes, and of flights at unit speed."""
+        kept = kept_positions(reduction, frames, plan.locked)
+        if not plan.request.keep_flights or not self.tempo.flights:
+            return kept
+        flying = self.tempo.flying(reduction.input_times[frames]) > 0
+        unit = np.diff(frames) == reduction.upsample_at[frames[:-1]]
+        aloft = np.concatenate([[False], unit & flying[:-1] & flying[1:], [False]])
+        return np.union1d(kept, np.flatnonzero(aloft[1:] != aloft[:-1]))
 
     def _spline(self, keytimes: Sequence[Keytime], staircase: Warp, *, loop: bool) -> Warp:
         """Join the keytimes by a spline to mix with; that of a loop has one speed at both ends."""
@@ -285,26 +374,37 @@ class Session:
             ]
         return spline_warp(keytimes, rate=float(self.motion.rate))
 
-    def _triples(self, poses: FloatArray, max_skip: int, model: Model) -> FloatArray:
-        return triple_scores(poses, model, max_skip=max_skip, n_neighbors=self.n_neighbors, score=self.score)
+    def _triples(self, poses: FloatArray, steps: StepPairs, model: Model) -> FloatArray:
+        return triple_scores(poses, model, steps=steps, n_neighbors=self.n_neighbors, score=self.score)
 
-    def _scores(self, plan: SearchPlan) -> tuple[FloatArray, FloatArray]:
-        """Scores and poses of the unrolled input; kept, for little of it changes while keytimes are dragged."""
-        reduction, max_skip = plan.reduction, plan.max_skip
-        if self._table is None or not self._table.serves(reduction, max_skip):
-            skip = max_skip if self._table is None else self._table.next_skip(max_skip)
-            poses = self._tracks.at(reduction.input_times, self.low_pass)
+    def _unrolled(self, plan: SearchPlan) -> FloatArray:
+        """Pose vectors of the unrolled input, shape (n_input, n_numbers)."""
+        if self._table is not None and np.array_equal(self._table.reduction.input_times, plan.reduction.input_times):
+            return self._table.poses
+        return self._tracks.at(plan.reduction.input_times, self.low_pass)
+
+    def _scores(self, plan: SearchPlan) -> FloatArray:
+        """Scores of the unrolled input; kept, for little of it changes while keytimes are dragged."""
+        if self._table is None or not self._table.serves(plan.reduction, plan.steps):
+            steps = plan.steps if self._table is None else self._table.next_steps(plan.steps)
             self._table = score_table(
-                reduction, skip, poses, lambda some: self._triples(some, skip, self._model), self._table
+                plan.reduction,
+                steps,
+                self._unrolled(plan),
+                lambda some: self._triples(some, steps, self._model),
+                self._table,
             )
-        return self._table.up_to(max_skip), self._table.poses
+        return self._table.of(plan.steps)
 
-    def _seam_costs(self, plan: SearchPlan, poses: FloatArray) -> FloatArray:
-        """Score the triple across a loop's seam, where the last frame is the first again; shape (max_skip,)."""
-        reach = min(plan.max_skip, plan.reduction.n_input - 1)
+    def _seam_costs(self, task: PathTask, poses: FloatArray) -> FloatArray:
+        """Score the triple across a loop's seam, where the last frame is the first again; shape (n_steps,)."""
+        steps = task.steps.steps
+        reach = min(task.plan.max_skip, task.plan.reduction.n_input - 1)
         around = np.concatenate([poses[len(poses) - 1 - reach : -1], poses[: reach + 1]])
-        costs = np.full(plan.max_skip, np.inf)
-        costs[:reach] = np.diagonal(self._triples(around, reach, self._model)[reach])
+        costs = np.full(len(steps), np.inf)
+        near = steps <= reach
+        same = StepPairs.of(steps[near], ratio=1.0)
+        costs[near] = self._triples(around, same, self._model)[reach]
         return costs
 
     def _coarse_model(self, rate: float) -> Model:
@@ -346,6 +446,22 @@ def _speeds(speed: str | Sequence[float | str] | None) -> tuple[float, float]:
         )
     low, high = (parse_speed(one) if isinstance(one, str) else real(one, "a speed", option="speed") for one in speed)
     return low, high
+
+
+def _read_flights(flights: Sequence[Sequence[float | str]], motion: AnyMotion) -> list[tuple[float, float]]:
+    """Read flights, as two times each."""
+    found = []
+    for flight in flights:
+        if isinstance(flight, str) or len(flight) != 2:
+            raise OptionError(f"a flight is (start, end), in input time; found {flight!r}", option="flights")
+        start, end = (parse_time(time, motion.rate) for time in flight)
+        if not 0 <= start < end <= motion.duration:
+            raise OptionError(
+                f"a flight from {start:g} to {end:g} s is no stretch of the clip, which ends at {motion.end_time:g} s",
+                option="flights",
+            )
+        found.append((start, end))
+    return found
 
 
 def _read_locks(locks: Sequence[Lock | str], rate: Fraction) -> tuple[Lock, ...]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
+from retime.kernels import StepPairs
 from retime.search.path import FramePath, shortest_path
 from retime.search.plan import SearchPlan
 from retime.search.wishes.allowed import end_costs
@@ -19,22 +20,29 @@ class PathTask:
     ----------
     plan : SearchPlan
         The unrolled input, and the steps through it.
-    costs : float array, shape (n_input, max_skip, max_skip)
+    costs : float array, shape (n_input, n_pairs)
         The scores of triples with all prices; inf where a wish forbids one.
+    steps : StepPairs
+        The pairs.
+    first : float array, shape (n_steps,)
+        The price of the first step, which no triple holds.
     search : {"priced", "layered"}
         Which of the two exact searches.
     """
 
     plan: SearchPlan
     costs: FloatArray
+    steps: StepPairs
+    first: FloatArray
     search: str = "priced"
 
     __repr__ = brief_repr
 
     @property
     def ends(self) -> tuple[FloatArray, FloatArray]:
-        """What the first and the last step cost; each of shape (max_skip,)."""
-        return end_costs(self.plan.allowed)
+        """What the first and the last step cost; each of shape (n_steps,)."""
+        start, end = end_costs(self.plan.allowed, self.steps)
+        return start + self.first, end
 
     def through(
         self,
@@ -53,6 +61,7 @@ class PathTask:
         start, end = self.ends
         return shortest_path(
             self.costs,
+            steps=self.steps,
             n_output=self.plan.n_output,
             anchors=self.plan.anchors if anchors is None else anchors,
             start_cost=start if start_cost is None else start_cost,

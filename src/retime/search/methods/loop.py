@@ -49,7 +49,7 @@ def loop_path(task: PathTask, seam: FloatArray) -> FramePath:
     ----------
     task : PathTask
         What is to be found.
-    seam : float array, shape (max_skip,)
+    seam : float array, shape (n_steps,)
         What the triple across the seam costs, for each step.
 
     Raises
@@ -61,7 +61,7 @@ def loop_path(task: PathTask, seam: FloatArray) -> FramePath:
     found: list[FramePath] = []
     for step in np.flatnonzero(np.isfinite(start + end + seam)).tolist():
         only, seamed = np.full((2, len(seam)), np.inf)
-        only[step], seamed[step] = 0.0, seam[step]
+        only[step], seamed[step] = start[step], seam[step]
         # Some of these searches find no path; only if none finds one is there no loop.
         with contextlib.suppress(InfeasibleWarpError):
             found.append(task.through(start_cost=only, end_cost=seamed))

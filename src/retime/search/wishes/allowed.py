@@ -12,6 +12,7 @@ import numpy as np
 
 from retime.arrays import BoolArray, FloatArray
 from retime.errors import OptionError
+from retime.kernels import StepPairs
 from retime.search.reduction import Reduction
 from retime.search.wishes.locks import LockedSpan
 from retime.search.wishes.steps import NOTHING_NAMED, Named, fixed_step, playable, steps_between
@@ -22,6 +23,7 @@ def allowed_steps(
     reduction: Reduction,
     max_skip: int,
     *,
+    steps: StepPairs | None = None,
     locked: Sequence[LockedSpan] = (),
     slowest: float = 0.0,
     fastest: float = math.inf,
@@ -37,6 +39,8 @@ def allowed_steps(
         Its keytimes carry the tangents: the steps to and from such a keytime have its speed.
     max_skip : int
         Largest step.
+    steps : StepPairs, optional
+        The steps that there are; left out, all up to `max_skip`.
     locked : sequence of LockedSpan
         From `locked_spans`.
     slowest, fastest : float
@@ -56,14 +60,15 @@ def allowed_steps(
     """
     n_input = reduction.n_input
     frames = np.array(reduction.frames)
-    steps = np.arange(1, max_skip + 1)
+    on_grid = np.ones(max_skip, dtype=bool) if steps is None else np.isin(np.arange(1, max_skip + 1), steps.steps)
+    lengths = np.arange(1, max_skip + 1)
     start = np.arange(n_input)[:, None]
-    stops = start + steps
+    stops = start + lengths
     following = frames[np.minimum(np.searchsorted(frames, np.arange(n_input), side="right"), len(frames) - 1)]
     allowed: BoolArray = stops <= following[:, None]
     held, upsample_at = reduction.held, reduction.upsample_at
     for first, last, still, upsample in span_ranges(reduction):
-        general = np.isin(steps, list(steps_between(slowest, fastest, upsample, max_skip)))
+        general = on_grid & np.isin(lengths, list(steps_between(slowest, fastest, upsample, max_skip)))
         if not general.any():
             raise OptionError(
                 f"no speed from {slowest:g} to {fastest:g} can be played: {playable(upsample, max_skip, named)}. "
@@ -77,18 +82,18 @@ def allowed_steps(
         first, last = span.first, span.last
         allowed &= ~((start < first) & (stops > first))
         allowed &= ~((start < last) & (stops > last))
-        allowed &= np.isin(steps, list(span.steps)) | ~((start >= first) & (stops <= last))
+        allowed &= np.isin(lengths, list(span.steps)) | ~((start >= first) & (stops <= last))
 
     for key, frame in zip(reduction.keytimes, reduction.frames, strict=True):
         if key.speed is None:
             continue
         moving = [place for place in (frame - 1, frame) if 0 <= place < n_input - 1 and not held[place]]
         for place in moving:
-            other = steps != _tangent_step(key, int(upsample_at[place]), max_skip, slowest, fastest, named)
+            other = lengths != _tangent_step(key, int(upsample_at[place]), max_skip, slowest, fastest, named)
             if place == frame:
                 allowed[frame, other] = False
             else:
-                earlier = steps[other & (steps <= frame)]
+                earlier = lengths[other & (lengths <= frame)]
                 allowed[frame - earlier, earlier - 1] = False
         if not moving:
             raise OptionError(
@@ -123,19 +128,23 @@ def _tangent_step(key: Keytime, upsample: int, max_skip: int, slowest: float, fa
     return step
 
 
-def forbid(scores: FloatArray, allowed: BoolArray) -> None:
-    """Make every triple that uses a forbidden step infinite, in place."""
-    max_skip = scores.shape[1]
-    for step in range(1, max_skip + 1):
-        scores[step:, step - 1][~allowed[:-step, step - 1]] = np.inf
-    scores.transpose(0, 2, 1)[~allowed] = np.inf
+def forbid(costs: FloatArray, allowed: BoolArray, steps: StepPairs) -> None:
+    """Make every triple that uses a forbidden step infinite, in place; `costs` has the shape (n_input, n_pairs)."""
+    for place, length in enumerate(steps.steps.tolist()):
+        into = np.zeros(len(allowed), dtype=bool)
+        into[length:] = ~allowed[: max(0, len(allowed) - length), length - 1]
+        rows = np.flatnonzero(into)
+        columns = np.flatnonzero(steps.before == place)
+        costs[rows[:, None], columns] = np.inf
+        rows = np.flatnonzero(~allowed[:, length - 1])
+        columns = np.flatnonzero(steps.after == place)
+        costs[rows[:, None], columns] = np.inf
 
 
-def end_costs(allowed: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return what the first and the last step cost: 0, or inf where forbidden; each of shape (max_skip,)."""
-    n_input, max_skip = allowed.shape
-    steps = np.arange(1, max_skip + 1)
-    last = np.zeros(max_skip, dtype=bool)
-    fits = steps <= n_input - 1
-    last[fits] = allowed[n_input - 1 - steps[fits], steps[fits] - 1]
-    return np.where(allowed[0], 0.0, np.inf), np.where(last, 0.0, np.inf)
+def end_costs(allowed: BoolArray, steps: StepPairs) -> tuple[FloatArray, FloatArray]:
+    """Return what the first and the last step cost: 0, or inf where forbidden; each of shape (n_steps,)."""
+    n_input, lengths = len(allowed), steps.steps
+    last = np.zeros(steps.n_steps, dtype=bool)
+    fits = lengths <= n_input - 1
+    last[fits] = allowed[n_input - 1 - lengths[fits], lengths[fits] - 1]
+    return np.where(allowed[0, lengths - 1], 0.0, np.inf), np.where(last, 0.0, np.inf)

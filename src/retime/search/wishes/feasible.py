@@ -76,10 +76,11 @@ class _StepCounts:
     def __init__(self, allowed: BoolArray, length: int) -> None:
         max_skip = allowed.shape[1]
         inside = np.arange(length)[:, None] + np.arange(1, max_skip + 1) <= length
-        if bool(np.all(allowed | ~inside)):
-            # Nothing but max_skip: every number between the least and one step a frame.
-            least = -(-length // max_skip)
-            self._bits = (1 << (length + 1)) - (1 << least)
+        anywhere = allowed.any(axis=0)
+        steps = (np.flatnonzero(anywhere) + 1).tolist()
+        if bool(np.all(allowed | ~inside | ~anywhere)) and _each_is_two(steps):
+            # The same steps everywhere, of which each can be taken as two: every number from the fewest to one a frame.
+            self._bits = (1 << (length + 1)) - (1 << _fewest(length, steps))
             return
         # Bit n of a frame: n steps can lead there. Shifting all numbers at once keeps long spans quick.
         ahead = [0] * (max_skip + 1)
@@ -110,6 +111,24 @@ class _StepCounts:
     def above(self, count: int) -> int | None:
         bits = self._bits >> (count + 1)
         return count + (bits & -bits).bit_length() if bits else None
+
+
+def _each_is_two(steps: list[int]) -> bool:
+    """Whether there is a step of 1, and every other step is a sum of two."""
+    known = set(steps)
+    return 1 in known and all(step == 1 or any(step - one in known for one in steps if one < step) for step in steps)
+
+
+def _fewest(length: int, steps: list[int]) -> int:
+    """Return the fewest steps that make a length; one of them is 1."""
+    longest = steps[-1]
+    # So many longest steps are in every shortest way; what is left is counted.
+    many = max(0, length // longest - longest)
+    rest = length - many * longest
+    fewest = [0] * (rest + 1)
+    for n in range(1, rest + 1):
+        fewest[n] = 1 + min(fewest[n - step] for step in steps if step <= n)
+    return many + fewest[rest]
 
 
 def length_words(n_steps: int, rate: float, last_frame: float, rounded: Callable[[float], int] = round) -> str:

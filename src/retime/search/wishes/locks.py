@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from retime.checks import real
 from retime.errors import OptionError
+from retime.kernels import StepPairs
 from retime.search.reduction import Reduction, nearest_frame
 from retime.search.wishes.steps import NOTHING_NAMED, Named, fixed_step, playable, steps_between
 
@@ -65,20 +66,20 @@ class LockedSpan:
     ----------
     first, last : int
         Unrolled frames that the path must visit.
-    steps : range
-        The steps that it may take between them.
+    steps : tuple of int
+        The steps that it may take between them, in rising order.
     speed : float, optional
         Where the lock fixes it.
     """
 
     first: int
     last: int
-    steps: range
+    steps: tuple[int, ...]
     speed: float | None = None
 
 
 def locked_spans(
-    reduction: Reduction, max_skip: int, input_end: float, locks: Sequence[Lock], *, named: Named = NOTHING_NAMED
+    reduction: Reduction, steps: StepPairs, input_end: float, locks: Sequence[Lock], *, named: Named = NOTHING_NAMED
 ) -> tuple[LockedSpan, ...]:
     """Find the unrolled frames that locks bind.
 
@@ -90,8 +91,8 @@ def locked_spans(
     ----------
     reduction : Reduction
         The spans.
-    max_skip : int
-        Largest step.
+    steps : StepPairs
+        The steps that there are.
     input_end : float
         Time of the last input frame, seconds.
     locks : sequence of Lock
@@ -110,20 +111,20 @@ def locked_spans(
         A lock that leaves the clip, holds a hold, binds nothing, or has a speed that no step plays.
     """
     for i, lock in enumerate(locks):
-        _check_lock(lock, i, reduction, max_skip, input_end, named)
+        _check_lock(lock, i, reduction, steps, input_end, named)
     bound: list[LockedSpan] = []
     places: list[list[int]] = [[] for _ in locks]
     for span in range(len(reduction.keytimes) - 1):
         shown = [(*place, i) for i, lock in enumerate(locks) if (place := _place_in_span(reduction, span, lock))]
         for first, last, i in sorted(shown):
-            steps = lock_steps(locks[i], reduction.upsamples[span], max_skip)
+            playing = lock_steps(locks[i], reduction.upsamples[span], steps)
             # Rounding up to whole steps must not run into the lock that follows.
             room = min((other for other, *_ in shown if other >= last), default=reduction.frames[span + 1]) - first
-            lengths = [length for length in range(room + 1) if _composes(length, steps)]
+            lengths = _sums_of(playing, room)
             nearest = min(lengths, key=lambda length: (abs(first + length - last), -length))
             places[i].append(nearest)
             if nearest:
-                bound.append(LockedSpan(first, first + nearest, steps, locks[i].fastest if locks[i].fixed else None))
+                bound.append(LockedSpan(first, first + nearest, playing, locks[i].fastest if locks[i].fixed else None))
     for i, (lock, lengths) in enumerate(zip(locks, places, strict=True)):
         if not any(lengths):
             why = (
@@ -135,7 +136,7 @@ def locked_spans(
     return tuple(bound)
 
 
-def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, input_end: float, named: Named) -> None:
+def _check_lock(lock: Lock, place: int, reduction: Reduction, steps: StepPairs, input_end: float, named: Named) -> None:
     """Refuse a lock (`place` of them) that contradicts the clip, a hold between keytimes, or the steps there are."""
     near = 1 / reduction.rate
     if lock.start < -near or lock.end > input_end + near:
@@ -151,20 +152,21 @@ def _check_lock(lock: Lock, place: int, reduction: Reduction, max_skip: int, inp
                 item=place,
             )
     for span, upsample in enumerate(reduction.upsamples):
-        if _place_in_span(reduction, span, lock) and not lock_steps(lock, upsample, max_skip):
+        if _place_in_span(reduction, span, lock) and not lock_steps(lock, upsample, steps):
             raise OptionError(
-                f"the lock {lock} can't be played: {playable(upsample, max_skip, named)}",
+                f"the lock {lock} can't be played: {playable(upsample, steps.longest, named)}",
                 option="locks",
                 item=place,
             )
 
 
-def lock_steps(lock: Lock, upsample: int, max_skip: int) -> range:
-    """Return the steps that a lock allows."""
+def lock_steps(lock: Lock, upsample: int, steps: StepPairs) -> tuple[int, ...]:
+    """Return the steps that a lock allows, of those that there are."""
     if not lock.fixed:
-        return steps_between(lock.slowest, lock.fastest, upsample, max_skip)
-    step = fixed_step(lock.fastest, upsample, max_skip)
-    return range(0) if step is None else range(step, step + 1)
+        allowed = steps_between(lock.slowest, lock.fastest, upsample, steps.longest)
+        return tuple(step for step in steps.steps.tolist() if step in allowed)
+    step = fixed_step(lock.fastest, upsample, steps.longest)
+    return () if step is None or step not in steps.steps else (step,)
 
 
 def _place_in_span(reduction: Reduction, span: int, lock: Lock) -> tuple[int, int] | None:
@@ -181,7 +183,13 @@ def _place_in_span(reduction: Reduction, span: int, lock: Lock) -> tuple[int, in
     return None if first == stop else (first, last)
 
 
-def _composes(length: int, steps: range) -> bool:
-    """Whether a length is a sum of steps from a range."""
-    n_least = -(-length // steps[-1])
-    return n_least * steps[0] <= length
+def _sums_of(steps: tuple[int, ...], most: int) -> list[int]:
+    """List the lengths from 0 to `most` that are sums of steps."""
+    # Bit n: a length of n can be had. Each round adds one step to all of them, twice as many as the round before.
+    lengths, within = 1, (1 << (most + 1)) - 1
+    for step in steps:
+        shift = step
+        while shift <= most:
+            lengths |= (lengths << shift) & within
+            shift *= 2
+    return [length for length, bit in enumerate(reversed(f"{lengths:b}")) if bit == "1"]

@@ -9,11 +9,12 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.errors import OptionError
+from retime.kernels import StepPairs
 from retime.search.reduction import Reduction
 from retime.search.wishes.allowed import span_ranges
 
 
-def add_smoothness(scores: FloatArray, weight: float, reduction: Reduction) -> None:
+def add_smoothness(scores: FloatArray, weight: float, reduction: Reduction, steps: StepPairs) -> None:
     """Charge changes of speed: ``weight * median score * ln(b / a)²`` on every triple, in place.
 
     a and b are the speeds before and after its middle frame.
@@ -26,28 +27,28 @@ def add_smoothness(scores: FloatArray, weight: float, reduction: Reduction) -> N
     finite = scores[np.isfinite(scores)]
     if weight == 0 or not len(finite):
         return
-    logs = np.log(np.arange(1, scores.shape[1] + 1))
+    of_steps = np.log(steps.steps)
+    logs = of_steps[steps.after] - of_steps[steps.before]
     price = weight * float(np.median(finite))
     for first, last, before, after in _middles(reduction):
         if not (reduction.still[before] or reduction.still[after]):
             finer = math.log(reduction.upsamples[before] / reduction.upsamples[after])
-            scores[first:last] += price * (logs[None, :] - logs[:, None] + finer) ** 2
+            scores[first:last] += price * (logs + finer) ** 2
 
 
-def weigh_neutral(scores: FloatArray, reduction: Reduction) -> None:
+def weigh_neutral(scores: FloatArray, reduction: Reduction, steps: StepPairs) -> None:
     """Weigh triples so that a free length treats both clocks alike: by the square root of the local speed, in place.
 
     The plain sum charges every output frame, so short results are cheap; charging input time instead makes long ones
     cheap.
     """
     for first, last, before, after in _middles(reduction):
-        scores[first:last] *= neutral_weights(scores.shape[1], reduction.upsamples[before], reduction.upsamples[after])
+        scores[first:last] *= neutral_weights(steps, reduction.upsamples[before], reduction.upsamples[after])
 
 
-def neutral_weights(max_skip: int, before: int, after: int) -> FloatArray:
-    """Return the square roots of the mean speeds of two steps, shape (max_skip, max_skip); given their upsamplings."""
-    steps = np.arange(1, max_skip + 1)
-    return np.asarray(np.sqrt((steps[:, None] / before + steps[None, :] / after) / 2))
+def neutral_weights(steps: StepPairs, before: int, after: int) -> FloatArray:
+    """Return the square roots of the mean speeds of pairs of steps, shape (n_pairs,); given their upsamplings."""
+    return np.asarray(np.sqrt((steps.steps[steps.before] / before + steps.steps[steps.after] / after) / 2))
 
 
 def _middles(reduction: Reduction) -> Iterator[tuple[int, int, int, int]]:
