@@ -16,7 +16,7 @@ from retime.search.options import OPTIONS
 from retime.search.session import Session
 
 # What guided_warp takes beside options.
-DATA = ("motion", "reference", "keys", "locks")
+DATA = ("motion", "reference", "keys", "locks", "flights")
 
 
 def test_guided_warp_has_every_option_with_its_default() -> None:

@@ -4,7 +4,7 @@
 export const VERSION = 3;
 
 /** The bits of Why.binding, the lowest first. */
-export const BINDINGS = ["key", "tangent", "hold", "lock", "fastest", "slowest"] as const;
+export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
 
 /** A clip of the document. */
 export interface ClipFile {

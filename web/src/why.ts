@@ -47,6 +47,8 @@ const WORDS: Record<(typeof BINDINGS)[number], string> = {
   tangent: "the speed set at a keytime",
   hold: "a hold between two keytimes",
   lock: "a lock",
+  flight: "a jump, which keeps its own speed",
+  even: "what moves beside it: hurry is shared out",
   fastest: "the fastest speed allowed",
   slowest: "the slowest speed allowed",
 };

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+# What can bind a frame, in the order in which it is told.
+BINDINGS = ("key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest")
+
+
 @dataclass(frozen=True, eq=False)
 class Explanation:
     """One row for each output frame at the analysis rate.
@@ -38,8 +42,12 @@ class Explanation:
     scores : float array, shape (n_output,)
         Local score (Eq. 2): the mean distance to the matched reference frames. nan at the two ends, which have none.
     costs : float array, shape (n_output,)
-        What the search paid for the frame: the score, weighted where a free length is neutral, and the charge for a
-        change of speed where smoothness is asked for. nan at the ends; the rest and `seam_cost` add up to the total.
+        What the search paid for the frame: the score, weighted where a free length is neutral, the charge for a
+        change of speed where smoothness is asked for, and the price of the step to the next frame where hurry has
+        one. nan at the ends, but for the price of the first step; all of them and `seam_cost` add up to the total.
+    tempo_costs : float array, shape (n_output,)
+        Of these the price of the step from this frame to the next: what evenness and kept flights charged. 0 where
+        there is none.
     references : int array, shape (n_output, n_neighbors)
         Which reference each match is from, the nearest first; -1 at the ends.
     reference_times : float array, shape (n_output, n_neighbors)
@@ -47,7 +55,8 @@ class Explanation:
     binding : tuple of str
         What bound the frame, or a step beside it, joined by "+": "key", a keytime; "tangent", its speed; "lock", a
         lock's speed or its ends; "fastest" and "slowest", the speed limits (of `max_skip` and `upsample` where none
-        are given); "hold". "" where nothing did.
+        are given); "hold"; "flight", which keeps its own speed; "even", hurried as what moves beside it, at a price
+        above its score. "" where nothing did.
     reference_names : tuple of str
         Names of the references.
     seam_cost : float
@@ -59,6 +68,7 @@ class Explanation:
     speeds: FloatArray
     scores: FloatArray
     costs: FloatArray
+    tempo_costs: FloatArray
     references: IntArray
     reference_times: FloatArray
     binding: tuple[str, ...]
@@ -92,6 +102,7 @@ class Explanation:
             "speed": self.speeds,
             "score": self.scores,
             "cost": self.costs,
+            "tempo_cost": self.tempo_costs,
         }
         names = np.array([*self.reference_names, ""], dtype=object)
         for i in range(self.references.shape[1]):
@@ -107,10 +118,13 @@ class Explanation:
         writer = csv.writer(out, lineterminator="\n")
         n_neighbors = self.references.shape[1]
         matches = [f"{what}_{i + 1}" for i in range(n_neighbors) for what in ("reference", "reference_time")]
-        writer.writerow(["output_time", "input_time", "speed", "score", "cost", *matches, "binding"])
+        writer.writerow(["output_time", "input_time", "speed", "score", "cost", "tempo_cost", *matches, "binding"])
         for i in range(len(self.output_times)):
             row: list[str] = [f"{value:.6f}" for value in (self.output_times[i], self.input_times[i], self.speeds[i])]
-            row += ["" if np.isnan(value) else f"{value:.6g}" for value in (self.scores[i], self.costs[i])]
+            row += [
+                "" if np.isnan(value) else f"{value:.6g}"
+                for value in (self.scores[i], self.costs[i], self.tempo_costs[i])
+            ]
             for which, when in zip(self.references[i], self.reference_times[i], strict=True):
                 row += ["", ""] if which < 0 else [self.reference_names[which], f"{when:.6f}"]
             writer.writerow([*row, self.binding[i]])
@@ -128,8 +142,14 @@ def explain_path(
     references: tuple[str, ...],
     n_neighbors: int,
     score: ScoreName,
+    step_prices: FloatArray | None = None,
+    flying: BoolArray | None = None,
 ) -> Explanation:
-    """Explain a path; the parameters are the fields of `retime.search.result.GuidedWarp`."""
+    """Explain a path; the parameters are the fields of `retime.search.result.GuidedWarp`.
+
+    `step_prices`, shape (n_output - 1,), is what the price on tempo charged each step of the path; `flying`, of
+    the same shape, says which of them pass a flight that is to keep its speed.
+    """
     frames = path.frames
     n_output = len(frames)
     which = np.full((n_output, n_neighbors), -1, dtype=np.int64)
@@ -143,16 +163,25 @@ def explain_path(
         scores[1:-1] = distances.mean(axis=1)
     input_times = reduction.input_times[frames]
     speeds = np.diff(input_times) * reduction.rate
-    seam_cost = path.total - math.fsum(path.scores)
+    prices = np.zeros(n_output - 1) if step_prices is None else step_prices
+    # The first step's price is in no triple.
+    first = float(prices[0]) if len(prices) else 0.0
+    if step_prices is not None:
+        costs[0] = first
+    seam_cost = path.total - math.fsum(path.scores) - first
+    binding = _binding(reduction, frames, allowed, locked)
+    if step_prices is not None and flying is not None:
+        binding = _with_tempo(binding, reduction, frames, scores, prices, flying)
     return Explanation(
         reduction.keytimes[0].output_time + np.arange(n_output) / reduction.rate,
         input_times,
         np.append(speeds, speeds[-1:]),
         scores,
         costs,
+        np.append(prices, 0.0),
         which,
         when,
-        _binding(reduction, frames, allowed, locked),
+        binding,
         references,
         # The total is summed in another order, so without a seam the difference is not 0 but a rounding.
         seam_cost if seam_cost > 1e-12 * path.total else 0.0,
@@ -190,11 +219,33 @@ def _binding(
         return {"lock"} if inside and len(choices) == 1 else found
 
     steps = [words(start, stop) for start, stop in itertools.pairwise(frames.tolist())]
-    order = ("key", "tangent", "hold", "lock", "fastest", "slowest")
     bound = []
     for position in range(len(frames)):
         found = set().union(*steps[max(position - 1, 0) : position + 1])
         if position in reduction.positions:
             found.add("key")
-        bound.append("+".join(word for word in order if word in found))
+        bound.append("+".join(word for word in BINDINGS if word in found))
     return tuple(bound)
+
+
+def _with_tempo(
+    binding: tuple[str, ...],
+    reduction: Reduction,
+    frames: IntArray,
+    scores: FloatArray,
+    prices: FloatArray,
+    flying: BoolArray,
+) -> tuple[str, ...]:
+    """Add to what bound each frame whether the price on tempo did: by a flight, or by more than the frame's score."""
+    unit = np.diff(frames) == reduction.upsample_at[frames[:-1]]
+    kept = unit & flying
+    score = np.where(np.isnan(scores[:-1]), np.inf, scores[:-1])
+    even = ~unit & (prices > score)
+    found = []
+    for position, words in enumerate(binding):
+        beside = slice(max(position - 1, 0), position + 1)
+        more = {"flight"} if kept[beside].any() else set()
+        more |= {"even"} if even[beside].any() else set()
+        all_of_them = more | set(words.split("+"))
+        found.append("+".join(word for word in BINDINGS if word in all_of_them))
+    return tuple(found)

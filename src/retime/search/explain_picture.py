@@ -10,7 +10,7 @@ from retime.arrays import FloatArray
 from retime.svg import INKS, Panel, facts_html, side_by_side, stacked, thinned
 
 # What can be binding, from the top of the picture down.
-_BINDING = ("key", "tangent", "lock", "hold", "fastest", "slowest")
+_BINDING = ("key", "tangent", "lock", "hold", "flight", "even", "fastest", "slowest")
 
 
 def explanation_html(

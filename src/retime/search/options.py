@@ -12,7 +12,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from retime.checks import real, whole
 from retime.errors import OptionError
 from retime.limits import MAX_STEP
 
@@ -148,6 +147,9 @@ class Option:
         return value
 
     def _checked_number(self, value: Any) -> int | float:
+        # NumPy loads with it, for which help does not wait.
+        from retime.checks import real, whole
+
         what = self.name if self.kind == "whole" else f"the {self.name.replace('_', ' ')}"
         number = (whole if self.kind == "whole" else real)(value, what, option=self.name)
         if not math.isfinite(number):

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from retime.arrays import FloatArray
+from retime.arrays import BoolArray, FloatArray
 from retime.errors import OptionError
 from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts
@@ -17,6 +17,7 @@ from retime.search.path import FramePath
 from retime.search.plan import SearchPlan
 from retime.search.reduction import Reduction
 from retime.search.score import Model, ScoreName
+from retime.search.wishes.tempo import Tempo
 from retime.svg import facts_html, stacked
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
@@ -36,8 +37,10 @@ class GuidedWarp:
         The selected frames of the unrolled input, their scores and total.
     plan : SearchPlan
         What the search was offered, and the steps that it was allowed.
-    tempo : float array, shape (n_input, n_steps), or None
-        What the price on tempo charged each step (`retime.search.wishes.tempo`); None where there was none.
+    tempo : Tempo or None
+        How much the input moves and when it flies (`retime.search.wishes.tempo`); None where tempo had no price.
+    tempo_prices : float array, shape (n_input, n_steps), or None
+        The price of each step from each unrolled frame.
     reduction : Reduction
         The unrolled input; of a free length with the length that was found.
     model : Model
@@ -68,7 +71,8 @@ class GuidedWarp:
     staircase: Warp
     path: FramePath
     plan: SearchPlan
-    tempo: FloatArray | None
+    tempo: Tempo | None
+    tempo_prices: FloatArray | None
     reduction: Reduction
     model: Model
     references: tuple[str, ...]
@@ -194,7 +198,25 @@ class GuidedWarp:
             references=self.references,
             n_neighbors=self.n_neighbors,
             score=self.score,
+            step_prices=self._step_prices(),
+            flying=self._flying(),
         )
+
+    def _step_prices(self) -> FloatArray | None:
+        """Return what the price on tempo charged each step of the path, shape (n_output - 1,); None where it had none."""
+        if self.tempo_prices is None:
+            return None
+        frames = self.path.frames
+        return np.asarray(self.tempo_prices[frames[:-1], np.searchsorted(self.plan.steps.steps, np.diff(frames))])
+
+    def _flying(self) -> BoolArray | None:
+        """Say which steps of the path pass a flight that is to keep its speed, shape (n_output - 1,)."""
+        if self.tempo is None:
+            return None
+        if not self.plan.request.keep_flights:
+            return np.zeros(len(self.path.frames) - 1, dtype=np.bool_)
+        flying = self.tempo.flying(self.reduction.input_times[self.path.frames]) > 0
+        return flying[:-1] & flying[1:]
 
     def _repr_html_(self) -> str:
         facts = {

@@ -150,7 +150,7 @@ class Session:
         scores = self._scores(plan)
         seconds = dict(self._analysis_seconds)
         seconds["scores"] = clock.lap()
-        path, excess, tempo = self._search(plan, scores, poses, chosen)
+        path, excess, prices = self._search(plan, scores, poses, chosen)
         reduction = plan.finished(path.frames)
         seconds["path"] = clock.lap()
         staircase, warp = self._curve(plan, reduction, path, chosen["smoothing"])
@@ -164,7 +164,8 @@ class Session:
             staircase=staircase,
             path=path,
             plan=plan,
-            tempo=tempo,
+            tempo=None if prices is None else self.tempo,
+            tempo_prices=prices,
             reduction=reduction,
             model=self._model,
             references=self.references,
@@ -208,7 +209,8 @@ class Session:
             max_skip=chosen["max_skip"],
             evenness=evenness,
             keep_flights=keep_flights,
-            natural=self.itself and (evenness > 0 or keep_flights > 0),
+            # Who says how long a step may be means the frames that there are.
+            natural=self.itself and chosen["max_skip"] is None and (evenness > 0 or keep_flights > 0),
         )
         if not request.free and not (chosen["min_length"] is None and chosen["max_length"] is None):
             raise OptionError("bounds on the length need a free length (length='free')", option="length")

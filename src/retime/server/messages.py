@@ -515,7 +515,7 @@ class Curve:
     __repr__ = brief_repr
 
 
-BINDINGS = ("key", "tangent", "hold", "lock", "fastest", "slowest")
+BINDINGS = ("key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest")
 """The bits of `Why.binding`, the lowest first."""
 
 

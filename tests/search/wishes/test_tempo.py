@@ -93,7 +93,7 @@ def test_the_path_has_the_least_sum_of_scores_and_prices(seed: int, wish: str) -
     }[wish]
     found = session.solve(length="7f", evenness=4.0, keep_flights=24.0, upsample=2, **asked)
     plan, reduction = found.plan, found.reduction
-    assert found.tempo is not None
+    assert found.tempo_prices is not None
     # What the search was offered, with every change of speed open where somebody asks for one.
     poses = found.input_poses
     every = StepPairs.of(plan.steps.steps)
@@ -103,11 +103,11 @@ def test_the_path_has_the_least_sum_of_scores_and_prices(seed: int, wish: str) -
     limits = asked.get("speed", (0.0, math.inf))
     totals = {}
     for path in paths_by_hand.paths(reduction, every, Wishes(lock, *limits), [reduction.n_output]):
-        cost = found.tempo[0, places[path[1]]]
+        cost = found.tempo_prices[0, places[path[1]]]
         for (i, j), (_, k) in itertools.pairwise(itertools.pairwise(path)):
             near = bool(paths_by_hand.follows(plan.steps, j - i, k - j)) or j in plan.loose
             pair = int(every.pair_of(np.array(j - i), np.array(k - j)))
-            cost += scores[j, pair] + found.tempo[j, places[k - j]] if near else math.inf
+            cost += scores[j, pair] + found.tempo_prices[j, places[k - j]] if near else math.inf
         totals[path] = cost
     least = min(totals.values())
     assert math.isfinite(least)

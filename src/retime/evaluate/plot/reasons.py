@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # From top to bottom, where they occur.
-LANES = ("key", "tangent", "lock", "hold", "fastest", "slowest")
+LANES = ("key", "tangent", "lock", "hold", "flight", "even", "fastest", "slowest")
 # Inches.
 _HEAT_HEIGHT, _LANE_HEIGHT = 0.24, 0.17
 _HEAT_COLORS = ("#f8fafc", "#fca5a5", "#991b1b")
@@ -38,9 +38,8 @@ def binding_intervals(explanation: Explanation, word: str) -> list[tuple[float, 
     --------
     >>> times = np.arange(4.0)
     >>> blank = np.zeros((4, 1))
-    >>> held = Explanation(
-    ...     times, times, times, times, times, blank.astype(int), blank, ("key", "hold", "lock+hold", "key"), ("x",)
-    ... )
+    >>> bound = ("key", "hold", "lock+hold", "key")
+    >>> held = Explanation(times, times, times, times, times, times, blank.astype(int), blank, bound, ("x",))
     >>> binding_intervals(held, "hold")
     [(0.5, 2.5)]
     """
