@@ -10,7 +10,7 @@ import numpy as np
 _WIDTH, _HEIGHT, _LEFT, _TOP = 330, 170, 52, 24
 INK = "#0f766e"
 """The colour of what is shown; the others tell several lines apart."""
-INKS = (INK, "#b45309", "#6d28d9", "#be123c", "#0369a1", "#4d7c0f")
+INKS = (INK, "#b45309", "#6d28d9", "#be123c", "#0369a1", "#4d7c0f", "#0f766e", "#a21caf")
 
 
 def facts_html(facts: Mapping[str, object]) -> str:

@@ -67,10 +67,17 @@ def falling_frames(motion: Motion) -> list[int]:
     return np.flatnonzero((fall < -8)[every] & (lowest > np.percentile(lowest, 5) + 0.05)[every]).tolist()
 
 
-@pytest.mark.parametrize("features", ["torso", "heading"])
-def test_all_24_falling_frames_of_86_01_keep_unit_speed(run, mocap, features) -> None:
+@pytest.mark.parametrize(
+    "how",
+    [
+        ("--features", "heading"),
+        ("--features", "heading", "--evenness", "0", "--keep-flights", "0"),
+        ("--features", "torso", "--evenness", "0", "--keep-flights", "0"),
+    ],
+)
+def test_all_24_falling_frames_of_86_01_keep_unit_speed(run, mocap, how) -> None:
     clip = mocap / "cmu-asfamc" / "86_01.amc"
-    options = ("--frames", "1:1980", "--length", "65%", "--features", features, "--json")
+    options = ("--frames", "1:1980", "--length", "65%", *how, "--json")
     document = json.loads(run("warp", clip, *options).stdout)
     # Of the frames offered some lie between those at 30 Hz.
     path = [frame / document["upsample"] for frame in document["path"]]

@@ -26,8 +26,8 @@ def test_the_summary_says_what_happened_and_how_to_keep_it(run, clips, tmp_path)
     lines = dict(line.split(maxsplit=1) for line in result.stdout.splitlines())
     assert lines["input"] == f"{clips.bvh}, frames 0:240: 241 frames, 4.02 s at 60 Hz"
     assert lines["output"] == "157 frames, 2.62 s (65.1% of the input)"
-    assert lines["search"] == "n_input 121, n_output 79, n_reference 121, max_skip 8 at 30 Hz"
-    assert lines["speed"] == "1.00 to 7.85; 77% of the output at unit speed"
+    assert lines["search"] == "n_input 481, n_output 79, n_reference 121, max_skip 32, upsample 4 at 30 Hz"
+    assert lines["speed"] == "1.00 to 8.00; 76% of the output at unit speed"
     assert lines["flights"] == "1 of 1 kept at unit speed"
     assert "-o OUT" in lines["Nothing"]
     assert "--save WARP.json" in lines["Nothing"]
@@ -60,14 +60,14 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
         "output_frames": 157,
         "output_rate": 60.0,
         "output_seconds": 157 / 60,
-        "n_input": 121,
+        "n_input": 481,
         "n_output": 79,
         "n_reference": 121,
-        "max_skip": 8,
+        "max_skip": 32,
         "n_neighbors": 3,
         "rate": 30.0,
-        "upsample": 1,
-        "upsamples": [1],
+        "upsample": 4,
+        "upsamples": [4],
         "optimal": True,
         "excess": None,
         "output": "out.bvh",
@@ -77,7 +77,7 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
         "also": [],
     }
     assert len(path) == 79
-    assert (path[0], path[-1]) == (0, 120)
+    assert (path[0], path[-1]) == (0, 480)
     assert {"read", "features", "scores", "path", "apply", "write", "plot"} <= set(seconds)
     assert all(value >= 0 for value in seconds.values())
     assert read(tmp_path / "out.bvh").n_frames == 157
@@ -141,8 +141,11 @@ def test_several_keys_are_all_met_by_every_method(run, clips, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("options", "changed"),
     [
-        (["--rate", "15"], {"rate": 15.0, "n_input": 61, "n_output": 40}),
-        (["--max-skip", "3"], {"max_skip": 3}),
+        (["--rate", "15"], {"rate": 15.0, "n_input": 241, "n_output": 40}),
+        (["--max-skip", "3"], {"max_skip": 3, "upsample": 1}),
+        (["--evenness", "0"], {}),
+        (["--keep-flights", "0", "--evenness", "1"], {}),
+        (["--paper"], {"max_skip": 8, "upsample": 1, "n_input": 121}),
         (["--upsample", "2"], {"upsample": 2, "n_input": 241}),
         (["--neighbors", "1"], {"n_neighbors": 1}),
         (["--time-scale", "0.5"], {}),

@@ -63,8 +63,8 @@ def test_the_table_says_what_the_result_says() -> None:
     assert len(rows) == result.n_output
     assert list(rows[0]) == [
         "output_time", "input_time", "speed", "score", "cost",
-        "reference_1", "reference_time_1", "reference_2", "reference_time_2", "reference_3", "reference_time_3",
-        "binding",
+        "tempo_cost", "reference_1", "reference_time_1", "reference_2", "reference_time_2", "reference_3",
+        "reference_time_3", "binding",
     ]  # fmt: skip
     shown = reduction.input_times[path]
     for i, row in enumerate(rows):

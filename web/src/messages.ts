@@ -76,12 +76,18 @@ export interface Options {
   readonly free_weight?: "neutral" | "sum";
   /** 1 follows the search; 0 is the spline through the keytimes, as drawn by hand. */
   readonly influence?: number;
+  /** How evenly moving parts share the hurry; pauses give way first. */
+  readonly evenness?: number;
+  /** Play jumps at their own speed. */
+  readonly keep_flights?: number;
   /** How much a change of speed costs: the more, the fewer changes. */
   readonly smoothness?: number;
   /** Slowest and fastest for the whole clip: 1/2..2, 50%..200%, ..2. */
   readonly speed?: string;
   /** The clip is a cycle, and stays one. */
   readonly loop?: boolean;
+  /** The paper read literally, with nothing of what was added since. */
+  readonly paper?: boolean;
   /** What makes a frame's speed look right. */
   readonly score?: "joint" | "conditional";
   /** The best way there is, or a good one sooner, as the paper finds it. */

@@ -166,7 +166,7 @@ describe("why", () => {
   });
 
   it("says in words what bound a row", () => {
-    expect(bindingWords(0b11000)).toEqual(["a lock", "the fastest speed allowed"]);
+    expect(bindingWords(0b1001000)).toEqual(["a lock", "the fastest speed allowed"]);
     expect(bindingWords(0)).toEqual([]);
   });
 

@@ -203,7 +203,7 @@ class GuidedWarp:
         )
 
     def _step_prices(self) -> FloatArray | None:
-        """Return what the price on tempo charged each step of the path, shape (n_output - 1,); None where it had none."""
+        """Return the price of each step of the path, shape (n_output - 1,); None where tempo had no price."""
         if self.tempo_prices is None:
             return None
         frames = self.path.frames

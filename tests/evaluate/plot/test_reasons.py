@@ -22,8 +22,8 @@ def explanation_of(binding: list[str], scores: list[float]) -> Explanation:
     times = np.arange(len(binding)) / 10
     blank = np.zeros((len(binding), 1))
     return Explanation(
-        times, times, np.ones(len(times)), np.array(scores), np.array(scores), blank.astype(int), blank,
-        tuple(binding), ("x",),
+        times, times, np.ones(len(times)), np.array(scores), np.array(scores), np.zeros(len(times)),
+        blank.astype(int), blank, tuple(binding), ("x",),
     )  # fmt: skip
 
 

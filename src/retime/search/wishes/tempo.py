@@ -80,7 +80,7 @@ def tempo_of(poses: FloatArray, rate: float, time_scale: float, flights: Sequenc
 
     >>> poses = np.concatenate([np.zeros(60), np.arange(60.0)])[:, None]
     >>> tempo_of(poses, 30.0, 0.2, []).activity[[10, 100]].round(2).tolist()
-    [0.0, 1.05]
+    [0.0, 1.04]
     """
     last = len(poses) - 1
     frames = np.arange(len(poses))
