@@ -17,7 +17,7 @@ import retime
 
 TESTS = Path(__file__).parent
 # What needs no other package: everything but the command line, plots, and the editor's server.
-CORE = ("motion", "warp", "kernels", "formats", "data", "project")
+CORE = ("motion", "warp", "search", "kernels", "formats", "data", "project")
 
 
 def main() -> None:
@@ -39,6 +39,10 @@ def main() -> None:
         again = retime.read(Path(folder) / "shorter.bvh")
         assert again.n_frames == round(0.65 * clip.n_frames)
         np.testing.assert_allclose(again.local_translations, shorter.local_translations, atol=1e-4)
+    for form, numbers in (("matrix", np.eye(3)), ("rotvec", np.zeros(3))):
+        rotations = np.tile(numbers, (30, 1) + (1,) * numbers.ndim)
+        made = retime.Motion.from_arrays(rotations, form=form, parents=[-1], offsets=np.zeros((1, 3)), rate=30)
+        assert made.rotations[:, 0].tolist() == [[1.0, 0.0, 0.0, 0.0]] * 30
     print(f"The core works with NumPy {np.__version__} alone, on Python {sys.version.split()[0]}")
 
 

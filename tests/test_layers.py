@@ -223,6 +223,24 @@ def test_a_circle_is_found_with_all_of_its_files(tmp_path) -> None:
     assert files_in_circles(root) == ["warp/a.py", "warp/b.py", "warp/c.py"]
 
 
+# What works where NumPy is, and nothing else (tests/core_alone.py uses it there); and what of it can do more.
+CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "data", "project"}
+MORE = {("search/explain.py", "pandas")}
+
+
+def test_the_core_needs_no_package_but_numpy() -> None:
+    foreign = set()
+    for path in PACKAGE.rglob("*.py"):
+        if part_of(path, PACKAGE) in CORE:
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+                if isinstance(node, ast.ImportFrom) and not node.level:
+                    names = [node.module or ""]
+                foreign |= {(path.relative_to(PACKAGE).as_posix(), name.split(".")[0]) for name in names}
+    known = {*sys.stdlib_module_names, "numpy", "retime"}
+    assert {(path, name) for path, name in foreign if name not in known} == MORE
+
+
 def test_warping_a_video_needs_only_the_warp_curve() -> None:
     others = {PACKAGE / "motion", PACKAGE / "formats", PACKAGE / "kernels"}
     others |= {PACKAGE / "search"}

@@ -79,6 +79,29 @@ class TestProducts:
         np.testing.assert_allclose(matrices, scipy_rotation(q).as_matrix(), atol=1e-14)
         np.testing.assert_allclose(np.einsum("nij,nj->ni", matrices, v), rotation.rotate(q, v), atol=1e-11)
 
+    @given(quaternions(4))
+    def test_a_matrix_gives_back_its_quaternion(self, q) -> None:
+        assert_same_rotations(rotation.from_matrix(scipy_rotation(q).as_matrix()), q, tolerance=1e-15)
+
+    def test_half_turns_about_any_axis_come_back_from_matrices(self) -> None:
+        axes = np.random.default_rng(3).normal(size=(200, 3))
+        half_turns = rotation.normalize(np.concatenate([np.zeros((200, 1)), axes], axis=1))
+        assert_same_rotations(rotation.from_matrix(rotation.to_matrix(half_turns)), half_turns, tolerance=1e-15)
+
+    def test_a_matrix_that_is_nearly_a_rotation_gives_one_near_it(self) -> None:
+        rng = np.random.default_rng(4)
+        q = rotation.normalize(rng.normal(size=(100, 4)))
+        near = rotation.from_matrix(rotation.to_matrix(q) + rng.uniform(-1e-4, 1e-4, (100, 3, 3)))
+        assert_same_rotations(near, q, tolerance=3e-4)
+        np.testing.assert_allclose(np.sum(near * near, axis=-1), 1, atol=1e-15)
+
+    @pytest.mark.parametrize("length", [0.0, 5e-324, 1e-160, 1e-9, 1e-3, 1.0, np.pi, 2 * np.pi, 7.0, 1e6])
+    def test_rotation_vectors_turn_as_scipys_do(self, length: float) -> None:
+        axes = rotation.normalize(np.random.default_rng(5).normal(size=(50, 4)))[:, 1:]
+        vectors = length * axes / np.sqrt(np.sum(axes * axes, axis=-1, keepdims=True))
+        expected = Rotation.from_rotvec(vectors).as_quat(scalar_first=True)
+        assert_same_rotations(rotation.from_rotation_vectors(vectors), expected, tolerance=1e-15 * max(1.0, length))
+
     def test_shapes_broadcast(self) -> None:
         many, one = rotation.identity(5, 3), rotation.about_axis(1, 0.3)
         assert rotation.multiply(many, one).shape == (5, 3, 4)

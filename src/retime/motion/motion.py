@@ -411,16 +411,11 @@ def _quaternions(rotations: FloatArray, n_joints: int, form: RotationForm) -> Fl
         frame, joint = (int(i) for i in np.argwhere(~within_size(rotations))[0][:2])
         problem = size_problem(rotations[frame, joint])
         raise InvalidMotionError(f"the rotation of joint {joint} at frame {frame} {problem}")
-    from scipy.spatial.transform import Rotation
-
     if form == "rotvec":
-        turns = Rotation.from_rotvec(rotations.reshape(-1, 3))
-    else:
-        off = np.abs(np.swapaxes(rotations, -1, -2) @ rotations - np.eye(3)).max(axis=(-1, -2))
-        wrong = (off > 1e-3) | (np.linalg.det(rotations) < 0)
-        if wrong.any():
-            frame, joint = (int(i) for i in np.argwhere(wrong)[0])
-            raise InvalidMotionError(f"the matrix of joint {joint} at frame {frame} is no rotation")
-        turns = Rotation.from_matrix(rotations.reshape(-1, 3, 3))
-    quaternions = turns.as_quat()[:, [3, 0, 1, 2]]
-    return np.asarray(quaternions.reshape(*rotations.shape[:2], 4))
+        return rotation.from_rotation_vectors(rotations)
+    off = np.abs(np.swapaxes(rotations, -1, -2) @ rotations - np.eye(3)).max(axis=(-1, -2))
+    wrong = (off > 1e-3) | (np.linalg.det(rotations) < 0)
+    if wrong.any():
+        frame, joint = (int(i) for i in np.argwhere(wrong)[0])
+        raise InvalidMotionError(f"the matrix of joint {joint} at frame {frame} is no rotation")
+    return rotation.from_matrix(rotations)

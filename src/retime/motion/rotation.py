@@ -187,6 +187,32 @@ def to_matrix(q: ArrayLike) -> FloatArray:
     return m
 
 
+def from_matrix(m: ArrayLike) -> FloatArray:
+    """Return unit quaternions (..., 4) of rotation matrices (..., 3, 3); of nearly one, a rotation near it."""
+    m = np.asarray(m, dtype=np.float64)
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    # The products of the quaternion's parts, times four. Each row is the quaternion, times four times one of its parts:
+    # that with the largest part loses no digits.
+    products = np.empty((*m.shape[:-2], 4, 4))
+    products[..., 0, 0] = 1 + xx + yy + zz
+    products[..., 1, 1] = 1 + xx - yy - zz
+    products[..., 2, 2] = 1 - xx + yy - zz
+    products[..., 3, 3] = 1 - xx - yy + zz
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        products[..., 0, 1 + i] = products[..., 1 + i, 0] = m[..., k, j] - m[..., j, k]
+        products[..., 1 + i, 1 + j] = products[..., 1 + j, 1 + i] = m[..., i, j] + m[..., j, i]
+    largest = np.argmax(np.einsum("...ii->...i", products), axis=-1)
+    return normalize(np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :])
+
+
+def from_rotation_vectors(vectors: ArrayLike) -> FloatArray:
+    """Return unit quaternions (..., 4) of rotation vectors (..., 3): the axis, as long as the angle in radians."""
+    v = np.asarray(vectors, dtype=np.float64)
+    angle = np.sqrt(np.sum(v * v, axis=-1, keepdims=True))
+    # sinc is 1 where the angle is 0: sin(angle / 2) / angle is one half there.
+    return normalize(np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * v], axis=-1))
+
+
 def to_euler(order: str, q: ArrayLike, *, near: ArrayLike | None = None) -> FloatArray:
     """Find intrinsic Euler angles of rotations.
 
