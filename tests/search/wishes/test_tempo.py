@@ -16,7 +16,7 @@ from retime.motion.signal import Signal
 from retime.search.reduction import reduce_to_compression
 from retime.search.session import Session
 from retime.search.wishes.tempo import tempo_of, tempo_prices
-from retime.warp.curve import Keytime
+from retime.warp.keytime import Keytime
 from tests.reference import tempo as literal
 from tests.reference import wishes as paths_by_hand
 from tests.reference.wishes import Wishes
