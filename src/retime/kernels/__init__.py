@@ -53,6 +53,21 @@ class Backend(Protocol):
     def layered_path(self, problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
         """Find the best path by the layered recurrence: frames and total, or None where there is none."""
 
+    def aligned_path(
+        self,
+        problem: PathProblem,
+        inputs: FloatArray,
+        reference: FloatArray,
+        velocity: float,
+        acceleration: float,
+        memory_limit: int,
+    ) -> tuple[IntArray, float] | None:
+        """Find the best path in step with a reference: frames and total, or None where there is none.
+
+        A triple of poses (n_input, d) whose middle is shown in position p costs its distance to row p - 1 of the
+        features (n_output - 2, 3 d), and its price: the problem's scores. The last anchor's position is fixed.
+        """
+
     def free_path(self, problem: PathProblem) -> tuple[IntArray, float] | None:
         """Find the best path of any length through the anchors' frames; of equal ones the shortest."""
 

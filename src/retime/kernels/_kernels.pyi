@@ -67,6 +67,22 @@ def layered_path(
     memory_limit: int,
     /,
 ) -> tuple[IntArray, float] | None: ...
+def aligned_path(
+    input: FloatArray,
+    reference: FloatArray,
+    steps: IntArray,
+    velocity: float,
+    acceleration: float,
+    prices: FloatArray,
+    positions: IntArray,
+    frames: IntArray,
+    start_cost: FloatArray,
+    end_cost: FloatArray,
+    n_threads: int,
+    memory_limit: int,
+    table_limit: int,
+    /,
+) -> tuple[IntArray, float] | None: ...
 def free_path(
     scores: FloatArray,
     steps: IntArray,

@@ -19,6 +19,8 @@ _MANY = 64_000
 _BLOCK = 64
 # Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
 _LOST_VARIANCE = 0.002
+# Bytes of costs that a search in step with a reference makes at once.
+_ALIGNED_COSTS = 64 << 20
 
 
 def n_threads() -> int:
@@ -136,6 +138,32 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
         problem.start_cost,
         problem.end_cost,
         memory_limit,
+    )
+
+
+def aligned_path(
+    problem: PathProblem,
+    inputs: FloatArray,
+    reference: FloatArray,
+    velocity: float,
+    acceleration: float,
+    memory_limit: int,
+) -> tuple[IntArray, float] | None:
+    """Find the path that keeps step with a reference; see `retime.kernels.Backend`."""
+    return _kernels.aligned_path(
+        inputs,
+        reference,
+        problem.steps.table,
+        velocity,
+        acceleration,
+        problem.scores,
+        problem.positions,
+        problem.frames,
+        problem.start_cost,
+        problem.end_cost,
+        n_threads(),
+        memory_limit,
+        _ALIGNED_COSTS,
     )
 
 

@@ -21,17 +21,12 @@
 namespace retime {
 namespace {
 
-struct Band {
-    int64_t low, high;  // frames, both included
-    size_t size() const { return high < low ? 0 : static_cast<size_t>(high - low + 1); }
-};
-
 // The costs that leave the frames of `here`, from those that left the frames of `before`, one position earlier.
 template <typename Level, bool kEvery>
-RETIME_INLINE void advance_frames(const PathProblem& p, const Band& before, const Band& here, const double* cost,
-                                  double* next, uint8_t* won) {
+RETIME_INLINE void advance_frames(const PathProblem& p, const double* scores, const Band& before, const Band& here,
+                                  const double* cost, double* next, uint8_t* won) {
     const Steps& steps = p.steps;
-    const Reading r(p);
+    const Reading r(p, scores);
     const Band from = before, to = here;
     for (int64_t j = to.low; j <= to.high; ++j) {
         const int64_t row = (j - to.low) * r.n;
@@ -41,22 +36,22 @@ RETIME_INLINE void advance_frames(const PathProblem& p, const Band& before, cons
 }
 
 template <typename Level>
-RETIME_INLINE void advance_body(const PathProblem& p, const Band& before, const Band& here, const double* cost,
-                                double* next, uint8_t* won) {
+RETIME_INLINE void advance_body(const PathProblem& p, const double* scores, const Band& before, const Band& here,
+                                const double* cost, double* next, uint8_t* won) {
     if (p.steps.every)
-        advance_frames<Level, true>(p, before, here, cost, next, won);
+        advance_frames<Level, true>(p, scores, before, here, cost, next, won);
     else
-        advance_frames<Level, false>(p, before, here, cost, next, won);
+        advance_frames<Level, false>(p, scores, before, here, cost, next, won);
 }
 
 RETIME_VERSIONS(void, advance,
-                (const PathProblem& p, const Band& before, const Band& here, const double* cost, double* next,
-                 uint8_t* won),
-                (p, before, here, cost, next, won))
+                (const PathProblem& p, const double* scores, const Band& before, const Band& here, const double* cost,
+                 double* next, uint8_t* won),
+                (p, scores, before, here, cost, next, won))
 
 class Layers {
   public:
-    explicit Layers(const PathProblem& problem) : problem_(problem) {
+    Layers(const PathProblem& problem, ScoresByPosition* by_position) : problem_(problem), by_position_(by_position) {
         const int64_t shortest = problem.steps.shortest, longest = problem.steps.longest;
         const auto& anchors = problem.anchors;
         bands_.resize(problem.last_position_max + 1);
@@ -82,19 +77,21 @@ class Layers {
     // From layer p to p + 1. won: the step a of the best path into each (j, b), of no meaning where there is none.
     void advance(int64_t p, const std::vector<double>& cost, std::vector<double>& next, uint8_t* won) const {
         next.resize(bands_[p].size() * problem_.steps.n + kGroup);
-        RETIME_CALL(advance, problem_, bands_[p - 1], bands_[p], cost.data(), next.data(), won);
+        const double* scores = by_position_ ? by_position_->at(p, bands_) : problem_.scores;
+        RETIME_CALL(advance, problem_, scores, bands_[p - 1], bands_[p], cost.data(), next.data(), won);
     }
 
   private:
     const PathProblem& problem_;
+    ScoresByPosition* by_position_;
     std::vector<Band> bands_;
     size_t widest_ = 0;
 };
 
 }  // namespace
 
-Path layered_path(const PathProblem& problem, size_t memory_limit) {
-    const Layers layers(problem);
+Path layered_path(const PathProblem& problem, size_t memory_limit, ScoresByPosition* by_position) {
+    const Layers layers(problem, by_position);
     const Steps& steps = problem.steps;
     const int64_t first_end = problem.anchors.back().position, last = layers.last(), n = static_cast<int64_t>(steps.n);
     const int64_t end_frame = problem.anchors.back().frame;

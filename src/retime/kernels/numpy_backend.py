@@ -184,9 +184,15 @@ class _Triples:
         after, before = self.inputs[self.a + self.b :][i], self.inputs[i]
         return (after - before) * self.velocity, (self.e[i] - self.f[i]) * self.acceleration
 
-    def squares(self, i: IntArray, row: IntArray, poses: FloatArray | float) -> FloatArray:
-        """Squared distances of pairs of a triple and a row, whose poses are so far apart."""
-        along = _dots(self.plus[row], self.e[i]) + _dots(self.minus[row], self.f[i])
+    def squares(
+        self, i: IntArray, row: IntArray, poses: FloatArray | float, along: FloatArray | None = None
+    ) -> FloatArray:
+        """Squared distances of pairs of a triple and a row, whose poses are so far apart.
+
+        `along` is the sum of the movements' products, where that is known.
+        """
+        if along is None:
+            along = _dots(self.plus[row], self.e[i]) + _dots(self.minus[row], self.f[i])
         total = poses + ((self.moved[i] - 2 * along) + self.zz[row])
         lost = np.flatnonzero(~(total > _CANCELLED * (self.size[i] + self.zz[row])))
         if len(lost):
@@ -252,18 +258,55 @@ def _pairs(steps: StepPairs, n_input: int) -> Iterator[tuple[int, int, int]]:
         yield pair, int(before[pair]), int(after[pair])
 
 
-def _every_pair(problem: PathProblem) -> FloatArray:
+def _every_pair(scores: FloatArray, steps: StepPairs) -> FloatArray:
     """Scores (n_input, n_steps, n_steps), infinite where a pair is not allowed."""
-    steps = problem.steps
-    scores = np.full((len(problem.scores), steps.n_steps, steps.n_steps), np.inf)
-    scores[:, steps.before, steps.after] = problem.scores
-    return scores
+    every = np.full((len(scores), steps.n_steps, steps.n_steps), np.inf)
+    every[:, steps.before, steps.after] = scores
+    return every
 
 
 def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, float] | None:
     """Find the best path; see `retime.kernels.Backend` and layered_path.cpp, whose recurrence this is."""
-    scores, last, steps = _every_pair(problem), problem.last_position_max, problem.steps.steps
-    n_input, n_steps = scores.shape[:2]
+    scores = _every_pair(problem.scores, problem.steps)
+    return _layered(problem, memory_limit, lambda q: scores)
+
+
+def aligned_path(
+    problem: PathProblem,
+    inputs: FloatArray,
+    reference: FloatArray,
+    velocity: float,
+    acceleration: float,
+    memory_limit: int,
+) -> tuple[IntArray, float] | None:
+    """Find the path that keeps step with a reference; see `retime.kernels.Backend` and aligned_path.cpp."""
+    triples = _Triples(inputs, reference, problem.steps, velocity, acceleration)
+    pairs = list(_pairs(problem.steps, len(inputs)))
+
+    def costs(position: int) -> FloatArray:
+        row = position - 1
+        out = problem.scores.copy()
+        poses = squared_distances(inputs, triples.poses[row])
+        # Products of single steps, which all triples of a frame share.
+        plus = {b: _dots(triples.plus[row], moved) for b, moved in triples.steps.items()}
+        minus = {a: _dots(triples.minus[row], moved) for a, moved in triples.steps.items()}
+        for pair, a, b in pairs:
+            triples.choose(a, b)
+            i = np.arange(len(inputs) - a - b)
+            along = plus[b][a:] + minus[a][: len(i)]
+            squares = triples.squares(i, np.full(len(i), row), poses[a : a + len(i)], along)
+            out[a : a + len(i), pair] += np.sqrt(squares)
+        return _every_pair(out, problem.steps)
+
+    return _layered(problem, memory_limit, costs)
+
+
+def _layered(
+    problem: PathProblem, memory_limit: int, scores_at: Callable[[int], FloatArray]
+) -> tuple[IntArray, float] | None:
+    """Run the layered recurrence on the scores (n_input, n_steps, n_steps) of each middle frame's position."""
+    last, steps = problem.last_position_max, problem.steps.steps
+    n_input, n_steps = len(problem.scores), problem.steps.n_steps
     end_frame, first_end = n_input - 1, int(problem.positions[-1])
     anchors = dict(zip(problem.positions[:-1].tolist(), problem.frames[:-1].tolist(), strict=True))
     cost = _first_steps(problem)
@@ -286,7 +329,7 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
             break
         if (q - 1) % block == 0:
             checkpoints.append(cost)
-        cost = _advance(scores, steps, cost, won[(q - 1) % block])
+        cost = _advance(scores_at(q), steps, cost, won[(q - 1) % block])
         _keep(cost, anchors.get(q + 1))
     if not total < np.inf:
         return None
@@ -300,7 +343,7 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
         if len(checkpoints) > 1:
             cost = checkpoints[part]
             for q in range(start, p):
-                cost = _advance(scores, steps, cost, won[q - start])
+                cost = _advance(scores_at(q), steps, cost, won[q - start])
                 _keep(cost, anchors.get(q + 1))
         for q in range(p, start, -1):
             j = k - int(steps[step])
@@ -312,7 +355,7 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
 
 def free_path(problem: PathProblem) -> tuple[IntArray, float] | None:
     """Find the best path of any length; see `retime.kernels.Backend`."""
-    scores, steps = _every_pair(problem), problem.steps.steps
+    scores, steps = _every_pair(problem.scores, problem.steps), problem.steps.steps
     n_input, n_steps = scores.shape[:2]
     # No step goes past a frame that must be met.
     reach = np.full(n_input, problem.steps.longest)

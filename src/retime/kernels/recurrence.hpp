@@ -116,8 +116,9 @@ struct Reading {
     const double* scores;
     int64_t n, n_pairs, n_input, longest, wide;
 
-    explicit Reading(const PathProblem& p)
-        : scores(p.scores),
+    explicit Reading(const PathProblem& p) : Reading(p, p.scores) {}
+    Reading(const PathProblem& p, const double* from)
+        : scores(from),
           n(static_cast<int64_t>(p.steps.n)),
           n_pairs(static_cast<int64_t>(p.steps.n_pairs)),
           n_input(static_cast<int64_t>(p.n_input)),

@@ -16,7 +16,7 @@ from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.kernels import Backend, StepPairs, backend
-from retime.kernels.numpy_backend import mean_in_order, nearest_features, squared_distances
+from retime.kernels.numpy_backend import feature_distances, mean_in_order, nearest_features, squared_distances
 from retime.limits import MAX_STEP
 from retime.search.poses.spaces import difference_scales, timing_features
 
@@ -143,6 +143,16 @@ def check_reference(n_frames: Sequence[int], n_neighbors: int, rate: float, own_
     )
 
 
+def check_table(n_input: int, steps: StepPairs) -> None:
+    """Refuse a table of scores that no memory holds; raise OptionError."""
+    if (n_scores := n_input * steps.n_pairs) > MOST_SCORES:
+        raise OptionError(
+            f"a search through {n_input} frames in steps of up to {steps.longest} needs a table of "
+            f"{n_scores:.2g} scores; {MOST_SCORES:.2g} is the most. Take a shorter part of the motion, or ask for a "
+            "lower rate or narrower speed limits"
+        )
+
+
 def triple_scores(
     input_poses: FloatArray,
     model: Model,
@@ -205,12 +215,7 @@ def triple_scores(
         )
         return scores.reshape(-1, max_skip, max_skip)
     assert steps is not None
-    if (n_scores := len(input_poses) * steps.n_pairs) > MOST_SCORES:
-        raise OptionError(
-            f"a search through {len(input_poses)} frames in steps of up to {steps.longest} needs a table of "
-            f"{n_scores:.2g} scores; {MOST_SCORES:.2g} is the most. Take a shorter part of the motion, or ask for a "
-            "lower rate or narrower speed limits"
-        )
+    check_table(len(input_poses), steps)
     kernels = use or backend()
     inputs = np.ascontiguousarray(input_poses - model.origin)
     scales = model.velocity, model.acceleration
@@ -265,12 +270,8 @@ def matched_frames(
     distances : float array, shape (n_output - 2, n_neighbors)
         Their distances, weighted; the mean over the last axis is the score.
     """
-    inputs = input_poses - model.origin
-    before, here, after = inputs[path[:-2]], inputs[path[1:-1]], inputs[path[2:]]
+    features = _features_of_path(input_poses, path, model)
     n_numbers = model.n_numbers
-    features = np.concatenate(
-        [here, (after - before) * model.velocity, ((after - here) - (here - before)) * model.acceleration], axis=1
-    )
     groups = _groups(model)
     if score == "conditional":
         near = _nearest_in_pose(input_poses[path[1:-1]], model, groups, n_neighbors, backend())
@@ -291,3 +292,17 @@ def matched_frames(
     order = np.lexsort((rows, distances), axis=1)[:, :n_neighbors]
     rows, distances = np.take_along_axis(rows, order, axis=1), np.take_along_axis(distances, order, axis=1)
     return rows, distances
+
+
+def distances_to(input_poses: FloatArray, path: IntArray, model: Model, rows: IntArray) -> FloatArray:
+    """Measure how far each inner frame of a path is from given rows of the model, one a frame; (n_output - 2,)."""
+    return feature_distances(_features_of_path(input_poses, path, model), model.features[rows])
+
+
+def _features_of_path(input_poses: FloatArray, path: IntArray, model: Model) -> FloatArray:
+    """Features of the inner frames of a path, (n_output - 2, 3 n_numbers)."""
+    inputs = input_poses - model.origin
+    before, here, after = inputs[path[:-2]], inputs[path[1:-1]], inputs[path[2:]]
+    return np.concatenate(
+        [here, (after - before) * model.velocity, ((after - here) - (here - before)) * model.acceleration], axis=1
+    )
