@@ -172,6 +172,20 @@ def propagate() -> dict[str, retime.Warp]:
     return {"by hand": by_hand, "the rest follows": result.warp}
 
 
+def double() -> dict[str, retime.Warp]:
+    """Keep step with a double who hurries at first, then takes time."""
+    keys = [(0.0, 0.0), (FIRST_UP, 0.8 * FIRST_UP), (FIRST_DOWN, 0.8 * FIRST_UP + FIRST_DOWN - FIRST_UP)]
+    late = CLIP.end_time - SECOND_UP
+    keys += [(SECOND_UP, CLIP.end_time + 0.8 - late), (CLIP.end_time, CLIP.end_time + 0.8)]
+    answer = retime.spline_warp([retime.Keytime(output_time=out, input_time=shown) for shown, out in keys], rate=RATE)
+    double = retime.apply_warp(CLIP, answer, average=False)
+    result = retime.align(CLIP, double)
+    # Where the figure moves it does what the double does.
+    moves = np.linspace(keys[1][1] - 0.4, keys[2][1] + 0.4, 50)
+    assert np.abs(result.warp(moves) - answer(moves)).max() < 0.05
+    return {"linear": retime.linear_warp(result.warp.keytimes), "align": result.warp}
+
+
 def loop() -> dict[str, retime.Warp]:
     """Keep a cycle a cycle: first and last speed agree."""
     closed = retime.guided_warp(CYCLE, length="80%", loop=True).warp
@@ -330,6 +344,7 @@ FEATURES: dict[str, tuple[Callable[[], dict[str, retime.Warp] | None], retime.Mo
     "blend": (blend, CLIP),
     "free": (free_length, CLIP),
     "imitate": (propagate, CLIP),
+    "align": (double, CLIP),
     "loop": (loop, CYCLE),
     # Its clip is a capture, which is not this repository's to show.
     "skeleton": (another_skeleton, None),

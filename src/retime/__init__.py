@@ -6,8 +6,8 @@ What moves
     `Motion`, `Signal`, `Skeleton`, `EndSite`
 Find a warp
     `guided_warp` (the one call most people need), `GuidedWarp`, `Session` (solve again and again),
-    `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`, `Lock`, `Keytime`,
-    `linear_warp`, `spline_warp`
+    `align` (in step with a reference), `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`,
+    `Lock`, `Keytime`, `linear_warp`, `spline_warp`
 Use a warp
     `Warp`, `apply_warp`
 Feet that stand
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
     from retime.motion.skeleton import EndSite, Skeleton
+    from retime.search.align import align
     from retime.search.guided import guided_warp
     from retime.search.imitate import imitate
     from retime.search.poses.references import Reference
@@ -96,6 +97,7 @@ _HOMES = {
     "GuidedWarp": "retime.search.result",
     "Lock": "retime.search.wishes.locks",
     "PoseOptions": "retime.search.poses.spaces",
+    "align": "retime.search.align",
     "imitate": "retime.search.imitate",
     "Reference": "retime.search.poses.references",
     "Session": "retime.search.session",
@@ -129,6 +131,7 @@ __all__ = [
     "Skeleton",
     "SlipReport",
     "Warp",
+    "align",
     "apply_warp",
     "compare_warps",
     "contacts",

@@ -29,7 +29,7 @@ class FoundWarp:
     others : list of (Motion or Signal, Path)
         Clips that get the same warp, and their places.
     method : str
-        "guided", "linear" or "spline".
+        "guided", "align", "linear" or "spline".
     warp : Warp
         The result.
     search : GuidedWarp, optional

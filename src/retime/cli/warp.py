@@ -31,6 +31,10 @@ def _reference_weight(text: str) -> float:
     return parse_number(text, above=True, unit="x")
 
 
+def _repeat(text: str) -> float:
+    return parse_number(text, least=1.0, unit="x")
+
+
 @dataclass(frozen=True)
 class _Request:
     """What was asked for: the input, the keytimes, the method, the places."""
@@ -43,6 +47,7 @@ class _Request:
     reference_fps: Fraction | None
     keys: tuple[WrittenKey, ...]
     method: str
+    repeat: float | None
     group: bool
     search: dict[str, Any]
     wishes: WishOptions
@@ -50,7 +55,11 @@ class _Request:
 
     def check(self) -> None:
         """Refuse, before anything is read, what can't end well."""
-        if self.method != "guided":
+        if self.method == "align":
+            self._check_align()
+        elif self.repeat is not None:
+            raise OptionError("--repeat is for --method align: elsewhere the reference has no clock")
+        elif self.method != "guided":
             useless = ["--reference"] * bool(self.reference)
             useless += ["--reference-frames"] * bool(self.reference_frames and not self.reference)
             useless += ["--explain"] * (self.outputs.explain is not None)
@@ -90,6 +99,23 @@ class _Request:
         if self.group and self.reference:
             raise OptionError("--group moves like itself: it can't be combined with --reference")
         self.outputs.check(self.clip, [self.clip_options.skeleton, *self._map_files(), *self.reference])
+
+    def _check_align(self) -> None:
+        """Refuse what keeping step has no use for."""
+        from retime.search.align import ANALYSIS, SOLVE
+
+        if not self.reference and not self.reference_frames:
+            raise OptionError("--method align needs --reference CLIP: what to keep step with")
+        if len(self.reference) > 1:
+            raise OptionError(f"--method align keeps step with one reference; found {len(self.reference)}")
+        # How long the result is, and which of its frames are compared, is the reference's to say.
+        useless = flags_of(name for name in self.search if name not in (*ANALYSIS, *SOLVE))
+        useless += ["--reference-weight"] * bool(self.reference_weight)
+        if useless:
+            raise OptionError(
+                f"{', '.join(useless)} would have no effect: with --method align the output keeps the reference's "
+                "clock, frame by frame"
+            )
 
     def _map_files(self) -> list[Path]:
         return [path for path in self.wishes.joint_map if path != NO_MAP]
@@ -152,10 +178,20 @@ _EXAMPLES = (
     cls=Option,
     section="Method",
     metavar="NAME",
-    type=click.Choice(["guided", "linear", "spline"]),
+    type=click.Choice(["guided", "align", "linear", "spline"]),
     default="guided",
     default_text="guided",
-    help="guided: search for a natural warp. linear, spline: only join the keytimes.",
+    help="guided: search for a natural warp. align: keep step with the reference, which does the same things in the "
+    "same order. linear, spline: only join the keytimes.",
+)
+@click.option(
+    "--repeat",
+    cls=Option,
+    section="Reference",
+    metavar="X",
+    callback=parsed(_repeat),
+    default_text="1",
+    help="With --method align: play the reference X times (a cycle of a walk, for a long walk).",
 )
 @search_options(length="as the input", beside=WISHES_BESIDE)
 @wish_options
@@ -223,22 +259,26 @@ def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:
 
 def _find(request: _Request, clips: list[AnyMotion], references: list[Reference]) -> tuple[Warp, GuidedWarp | None]:
     """Find the warp by the method asked for."""
+    from retime.search.align import align
     from retime.search.guided import guided_warp
     from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
     from retime.warp.spline import linear_warp, spline_warp
 
     clip = clips[0]
     keys = [key.at(clip.rate) for key in request.keys]
-    if request.method == "guided":
+    if request.method in ("guided", "align"):
         options = search_arguments(request.search, clip.rate) | request.wishes.arguments(
             clip.rate, request.search.get("features")
         )
-        search = guided_warp(
-            clips if request.group else clip,
-            reference=references or None,
-            keys=keys,
-            **options,
-        )
+        if request.method == "align":
+            search = align(clip, references[0], repeat=request.repeat or 1.0, keys=keys, **options)
+        else:
+            search = guided_warp(
+                clips if request.group else clip,
+                reference=references or None,
+                keys=keys,
+                **options,
+            )
         return search.warp, search
     with asking_for_a_share(clip, request.search.get("length")):
         keytimes = check_keytimes(as_keytimes(clip, request.search.get("length"), keys), clip.end_time)

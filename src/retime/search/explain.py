@@ -18,7 +18,7 @@ from retime.errors import MissingExtraError
 from retime.search.explain_picture import explanation_html
 from retime.search.path import FramePath
 from retime.search.reduction import Reduction
-from retime.search.score import Model, ScoreName, matched_frames
+from retime.search.score import Model, ScoreName, distances_to, matched_frames
 from retime.search.wishes.locks import LockedSpan
 
 if TYPE_CHECKING:
@@ -144,6 +144,7 @@ def explain_path(
     score: ScoreName,
     step_prices: FloatArray | None = None,
     flying: BoolArray | None = None,
+    matched: IntArray | None = None,
 ) -> Explanation:
     """Explain a path; the parameters are the fields of `retime.search.result.GuidedWarp`.
 
@@ -157,7 +158,10 @@ def explain_path(
     scores, costs = np.full((2, n_output), np.nan)
     costs[1:-1] = path.scores
     if n_output > 2:
-        rows, distances = matched_frames(input_poses, frames, model, n_neighbors=n_neighbors, score=score)
+        if matched is None:
+            rows, distances = matched_frames(input_poses, frames, model, n_neighbors=n_neighbors, score=score)
+        else:
+            rows, distances = matched[:, None], distances_to(input_poses, frames, model, matched)[:, None]
         which[1:-1] = model.reference[rows]
         when[1:-1] = model.frame[rows] / reduction.rate
         scores[1:-1] = distances.mean(axis=1)

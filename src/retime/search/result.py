@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from retime.arrays import BoolArray, FloatArray
+from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.errors import OptionError
 from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts
@@ -63,6 +63,9 @@ class GuidedWarp:
         Whether it was searched as a cycle.
     excess : float, optional
         For the heuristic search: by what share its total exceeds the optimum.
+    matched : int array, shape (n_output - 2,), optional
+        Row of `model` that each inner frame was compared with, where it is not the score that chose: the warp keeps
+        step with its reference.
     seconds : dict of str to float
         Time spent in each stage.
     """
@@ -85,6 +88,7 @@ class GuidedWarp:
     clips: tuple[AnyMotion, ...]
     loop: bool = False
     excess: float | None = None
+    matched: IntArray | None = None
     seconds: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -200,6 +204,7 @@ class GuidedWarp:
             score=self.score,
             step_prices=self._step_prices(),
             flying=self._flying(),
+            matched=self.matched,
         )
 
     def _step_prices(self) -> FloatArray | None:

@@ -52,6 +52,7 @@ def shown(text: str, most: int, *, legend: bool = False) -> str:
 
 _BY_METHOD = {
     "guided": Pen("#0f766e", (), 2.2),
+    "align": Pen("#b45309", (), 2.2),
     "linear": Pen("#475569", (5, 2), 1.7),
     "spline": Pen("#7c3aed", (7, 2, 1.5, 2), 1.7),
 }

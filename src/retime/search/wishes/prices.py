@@ -14,22 +14,29 @@ from retime.search.reduction import Reduction
 from retime.search.wishes.allowed import span_ranges
 
 
-def add_smoothness(scores: FloatArray, weight: float, reduction: Reduction, steps: StepPairs) -> None:
+def add_smoothness(
+    scores: FloatArray, weight: float, reduction: Reduction, steps: StepPairs, *, unit: float | None = None
+) -> None:
     """Charge changes of speed: ``weight * median score * ln(b / a)²`` on every triple, in place.
 
     a and b are the speeds before and after its middle frame.
 
     Into a hold, in it and out of it nothing is charged: stopping is a keytime's wish, not the search's. The median is
-    that of all triples, before any is forbidden: a lock does not change what smoothness costs elsewhere.
+    that of all triples, before any is forbidden: a lock does not change what smoothness costs elsewhere. Or it is
+    `unit`, where scores depend on more than the triple.
     """
     if not (math.isfinite(weight) and weight >= 0):
         raise OptionError(f"the smoothness weight must be 0 or more, found {weight}", option="smoothness")
-    finite = scores[np.isfinite(scores)]
-    if weight == 0 or not len(finite):
+    if weight == 0:
         return
+    if unit is None:
+        finite = scores[np.isfinite(scores)]
+        if not len(finite):
+            return
+        unit = float(np.median(finite))
     of_steps = np.log(steps.steps)
     logs = of_steps[steps.after] - of_steps[steps.before]
-    price = weight * float(np.median(finite))
+    price = weight * unit
     for first, last, before, after in _middles(reduction):
         if not (reduction.still[before] or reduction.still[after]):
             finer = math.log(reduction.upsamples[before] / reduction.upsamples[after])
