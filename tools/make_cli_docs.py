@@ -26,7 +26,7 @@ One object on one line. Without a search (`--method linear` or `spline`) its num
 | key | meaning |
 |---|---|
 | `method` | `guided`, `linear` or `spline` |
-| `input`, `references` | the files read; no references where the input is its own, the hand's warp for `imitate` |
+| `input`, `references` | the files read; no references where the clip is its own, the saved warp for `imitate` |
 | `example` | of `imitate` only: the frames retimed by hand, as given |
 | `input_frames`, `input_rate`, `input_seconds` | frames used of the input, rate in Hz, and length: frames / rate |
 | `output_frames`, `output_rate`, `output_seconds` | the same of the output |

@@ -21,7 +21,7 @@ _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-di
 @click.argument("clips", type=PATH, metavar="CLIP...", nargs=-1, required=True)
 @clip_options
 @click.option(
-    "-o", "--output", cls=Option, metavar="OUT", type=PATH, help="Where to write the clip, if there is only one."
+    "-o", "--output", cls=Option, metavar="OUT", type=PATH, help="Where to write the result, if there is only one clip."
 )
 @click.option(
     "--out-dir",
@@ -37,7 +37,7 @@ _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-di
     metavar="TEXT",
     default="_retimed",
     default_text="_retimed",
-    help="Added to each clip's name where -o does not name the output.",
+    help="Put after each clip's name, before its ending, where -o does not name the output.",
 )
 @click.option(
     "--no-average",
@@ -46,7 +46,7 @@ _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-di
     is_flag=True,
     flag_value=False,
     default=True,
-    help="Don't average the input where it is sped up.",
+    help="Where the motion is sped up, show single moments of the input instead of averages over a few frames.",
 )
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
@@ -64,9 +64,9 @@ def command(
 ) -> None:
     """Use a warp that retime warp saved on one clip or more.
 
-    On the clip that it was found for, on its original at the full rate, on another character, on a camera. Where the
-    warp was found with --frames or --drop-first, give the same here. A clip that can't be done is reported, and the
-    others are done; the exit code then tells.
+    CLIP may be the clip that the warp was found for, its original at the full rate, another character, or a camera.
+    Where the warp was found with --frames or --drop-first, give the same here. A clip that fails is reported, and the
+    others are still written; the exit code says that one failed.
     """
     places = _places(clips, output, out_dir, suffix)
     skeletons = [] if clip_options.skeleton is None else [clip_options.skeleton]

@@ -131,7 +131,7 @@ _OPTIONS = (
         cls=Option,
         section="Input",
         metavar="A:B",
-        help="Use these frames only, as the file numbers them, both included.",
+        help="Use only frames A to B, as the file numbers them, both included.",
     ),
     click.option(
         "--drop-first",
@@ -164,7 +164,7 @@ _OPTIONS = (
         cls=Option,
         section="Input",
         is_flag=True,
-        help="Keep what is whole of a damaged file, with a warning.",
+        help="Keep the undamaged part of a damaged file, with a warning.",
     ),
     click.option(
         "--decimal-comma", cls=Option, section="Input", is_flag=True, help="Numbers are written with a comma (0,5)."
@@ -176,7 +176,7 @@ _OPTIONS = (
         metavar="AXIS",
         type=click.Choice(["y", "z"], case_sensitive=False),
         default_text="y",
-        help="Which axis of the file is vertical: y, or z. Written back as it was.",
+        help="Which axis of the file is vertical: y, or z. The output keeps the same axis.",
     ),
 )
 

@@ -54,7 +54,7 @@ _EXAMPLES = (
     section="Input",
     metavar="FILE.retime",
     type=PATH,
-    help="Open this project, or begin it with the clips where there is no such file.",
+    help="Open this project; where there is no such file, begin it with the clips.",
 )
 @click.option(
     "--folder",
@@ -64,8 +64,8 @@ _EXAMPLES = (
     metavar="DIR",
     type=click.Path(path_type=Path, file_okay=False, exists=True),
     multiple=True,
-    help="Let the page read and write in this folder, as in the current one and those of the files named; repeat for "
-    "more.",
+    help="Let the page read and write in this folder too, beside the current one and those of the files named; repeat "
+    "for more.",
 )
 @click.option(
     "--port",
@@ -132,7 +132,7 @@ def command(
     say(f"editing at {server.guard.address}")
     if not no_browser:
         click.launch(server.guard.address)
-    # Ctrl-C is how it ends.
+    # Ctrl-C is the usual way to end the editor: no error.
     with contextlib.suppress(KeyboardInterrupt):
         server.serve_until_interrupted()
 

@@ -59,7 +59,7 @@ _EXAMPLES = (
     metavar="WARP.json",
     type=PATH,
     required=True,
-    help="Their warp, of any origin; its input time 0 is the example's first frame.",
+    help="The warp that those frames got, however it was made; its input time 0 is the example's first frame.",
 )
 @search_options(length="free", beside=WISHES_BESIDE)
 @wish_options

@@ -62,7 +62,7 @@ def _describe_build() -> dict[str, Any]:
 
     has_page = (PAGE / "index.html").is_file()
     with warnings.catch_warnings():
-        # What it would warn of is told here.
+        # What reading would warn of is printed as part of the answer.
         warnings.simplefilter("ignore", RetimeWarning)
         used = getattr(backend(), "__name__", "").rpartition(".")[2].removesuffix("_backend")
     return {
@@ -141,7 +141,7 @@ def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
         "seems_z_up": seems_z_up(clip),
         "frames_before_capture": frames_before_capture(clip),
         "flights": [[first + clip.first_frame, last + clip.first_frame] for first, last in flights(clip)],
-        # What is told by the joints' names.
+        # What the joints' names tell: feet, sides.
         "feet": [("end of " if foot.end_site is not None else "") + names[foot.joint] for foot in feet],
         "feet_found_by": ("name" if named_feet(names) else "motion") if feet else None,
         "mirror_pairs": [[names[i], names[j]] for i, j in enumerate(partners) if j is not None and i < j],

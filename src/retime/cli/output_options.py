@@ -43,15 +43,16 @@ _OPTIONS = (
         cls=Option,
         metavar="FILE",
         type=PATH,
-        help="Draw the warp beside linear, and spline where there are keys, over what was binding (.svg, .pdf, .png).",
+        help="Draw the warp beside the linear one, and beside the spline where there are keytimes; below, what held it "
+        "back (.svg, .pdf, .png).",
     ),
     click.option(
         "--explain",
         cls=Option,
         metavar="FILE.csv",
         type=PATH,
-        help="Write for each output frame its score, the reference frames that it was matched with, and what was "
-        "binding.",
+        help="Write for each output frame its score, the reference frames that it was matched with, and what held "
+        "it back.",
     ),
     click.option(
         "--also",
@@ -68,7 +69,7 @@ _OPTIONS = (
         is_flag=True,
         flag_value=False,
         default=True,
-        help="Don't average the input where it is sped up.",
+        help="Where the motion is sped up, show single moments of the input instead of averages over a few frames.",
     ),
     click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
     click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),

@@ -37,7 +37,7 @@ _EXAMPLES = "\b\nExamples\n  retime plot linear.json guided.json --motion walk.b
     help="Where to write the picture (.svg, .pdf, .png).",
 )
 @click.option(
-    "--title", cls=Option, metavar="TEXT", default="", default_text="the clip's name", help="What stands above."
+    "--title", cls=Option, metavar="TEXT", default="", default_text="the clip's name", help="Title of the picture."
 )
 @click.option("--force", cls=Option, is_flag=True, help="Replace the picture if it is there.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")

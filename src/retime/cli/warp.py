@@ -163,7 +163,7 @@ _EXAMPLES = (
     callback=parsed(_reference_weight),
     multiple=True,
     default_text="1",
-    help="Let the reference look W times as near; one for each reference.",
+    help="Count the reference W times as near as it is, so that it is imitated more; one for each reference.",
 )
 @click.option(
     "--reference-fps",
@@ -201,7 +201,7 @@ _EXAMPLES = (
     cls=Option,
     section="Output",
     is_flag=True,
-    help="Find the warp on CLIP and the clips of --also together, not on CLIP alone.",
+    help="Search for the warp on CLIP and the clips of --also together, not on CLIP alone.",
 )
 @output_options
 def command(**given: Any) -> None:
@@ -237,7 +237,7 @@ def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:
     found = []
     frames = request.reference_frames or (None,) * max(1, len(request.reference))
     weights = request.reference_weight or (1.0,) * len(frames)
-    # One map is for all references.
+    # A single map holds for all references.
     joint_maps = maps if len(maps) > 1 else (maps or [{}]) * len(frames)
     for i, (span, weight, joint_map) in enumerate(zip(frames, weights, joint_maps, strict=True)):
         if request.reference:

@@ -46,7 +46,8 @@ key_option = click.option(
     callback=parsed(read_key),
     multiple=True,
     help="Show input time IN at output time OUT (2.5, 120f, mm:ss.mmm or hh:mm:ss:ff, from the first frame used), at "
-    "this playback speed where one is given; repeat for more. Equal input times hold, decreasing ones run backward.",
+    "this playback speed where one is given; repeat for more. Equal input times hold the pose, decreasing ones run "
+    "backward.",
 )
 
 _WISHES = (

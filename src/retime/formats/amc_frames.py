@@ -78,7 +78,7 @@ class FrameReader:
         self.counts = [len(channels) for channels in asf.channels]
         names = [name.encode(asf.encoding) for name in asf.skeleton.names]
         self.joints = {name: joint for joint, name in enumerate(names)}
-        # Some programs change the case of names; that helps where no two differ by it alone.
+        # Some programs change the case of names; names that differ by case alone can't be told apart then.
         times = Counter(name.lower() for name in names)
         self.alike = {name.lower(): joint for joint, name in enumerate(names) if times[name.lower()] == 1}
         # The frame that is being read: its number and line, and the joints with their lines and words.
@@ -215,7 +215,7 @@ class FrameReader:
                 raise self._error(number, f"frame {frame} follows frame {self.number}; frame numbers must go up by one")
         else:
             self.first_frame = frame
-        # The frames of this piece that are still words count too.
+        # Frames that wait as words, not yet parsed, count too.
         if self.n_frames + len(self.piece) >= self.options.limits.frames:
             raise self._error(number, f"more than {self.options.limits.frames} frames (Limits.frames)")
         self.number, self.line, self.record = frame, number, {}
@@ -256,7 +256,7 @@ class FrameReader:
         name = self.asf.skeleton.names[joint]
         channels = self.asf.channels[joint]
         try:
-            # Two numbers run together are one too few, and the better thing to say.
+            # Two numbers that run together look like one value too few; the message should say what they are.
             parse_numbers(b" ".join(words), decimal_comma=self.options.decimal_comma)
         except NumberTextError as error:
             number, column = self._place(line, error.index)

@@ -76,7 +76,7 @@ def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
     try:
         write_bytes(path, parts, overwrite=overwrite)
     except BaseException:
-        # An ASF alone is no output; one that was there before can't be brought back.
+        # An ASF without its AMC is of no use, so it goes; but one that was replaced can't be brought back.
         if not replaced:
             place.unlink(missing_ok=True)
         raise
@@ -158,7 +158,7 @@ def _values(motion: Motion, output: _Output, path: Path) -> list[FloatArray]:
         columns = np.zeros((motion.n_frames, len(channels)))
         if source >= 0:
             shift = motion.local_translations[:, source]
-            # A joint's place was made from its first frame where the ASF is made up; helper bones lead to it.
+            # In an ASF made here, helper bones lead to where the joint stands in the first frame.
             shift = shift - (
                 motion.local_translations[0, source] if not output.declared and joint else asf.skeleton.offsets[joint]
             )
@@ -202,7 +202,7 @@ def _angles(motion: Motion, output: _Output, joint: int, source: int) -> tuple[F
         rotation.multiply(rotation.conjugate(asf.before[joint]), q), rotation.conjugate(asf.after[joint])
     )
     near = _declared(motion, output, source, turns)
-    # Intrinsic angles in the order of multiplication are the file's, backwards.
+    # The file lists angles about fixed axes, which are the intrinsic angles in reverse order.
     angles = fit_angles(turn_order(turns), m, near=None if near is None else near[:, ::-1])[:, ::-1]
     if near is None and np.abs(angles).max(initial=0.0) > _MOST_WOUND:
         angles = angles - 2.0 * np.pi * np.round(angles / (2.0 * np.pi))
@@ -239,7 +239,7 @@ def _amc_parts(motion: Motion, output: _Output, values: list[FloatArray]) -> Ite
         columns.append(values[joint])
     layout = layout.replace("\n", end.decode())
     table = np.concatenate([np.empty((motion.n_frames, 0)), *columns], axis=1)
-    # Sampling resets the count to 0, but most files count from 1.
+    # A resampled motion counts from 0; most AMC files count from 1.
     first = motion.first_frame or min(declaration.counts_from, 1)
     for start in range(0, motion.n_frames, 256):
         rows = table[start : start + 256].tolist()

@@ -300,7 +300,7 @@ def _hierarchy_text(skeleton: Skeleton, names: list[bytes], channels: tuple[tupl
     for site in skeleton.end_sites:
         ends[site.parent].append(site.offset)
     text = [b"HIERARCHY\n"]
-    # A joint waits to be opened with its depth; None in its place waits to be closed.
+    # The stack: a joint and its depth, still to be written; None in place of the joint where a brace is to be closed.
     waiting: list[tuple[int | None, int]] = [(0, 0)]
     while waiting:
         joint, depth = waiting.pop()

@@ -171,7 +171,7 @@ class _Table:
 
     def _check_claim(self) -> None:
         left = len(self.lines.data) - self.lines.next_start
-        # A value takes a digit and a separator; the last one has none after it.
+        # A value takes two bytes at least, a digit and a separator; only the last one has no separator.
         most = (left + 1) // (2 * self.n_channels)
         if self.claimed > most + 1:
             claim = "10**18 or more" if self.claimed >= 10**18 else str(self.claimed)

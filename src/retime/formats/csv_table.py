@@ -119,11 +119,11 @@ class _Table:
 
     def find_delimiter(self) -> str:
         """Take a tab or semicolon where the first line that isn't blank has one, outside of quotes; else the comma."""
-        # Quoted names may hold line ends too, so quotes go first.
+        # A quoted name may hold line ends and delimiters, so quoted text is emptied first.
         plain = re.sub(rb'"[^"]*"', b'""', self.data[:_PIECE_BYTES])
         first = next((line for line in BytesIO(plain) if line.strip()), b"")
         for delimiter in "\t;":
-            # White space around a lone column is no delimiter.
+            # A single column may have white space around it; that is no delimiter.
             if delimiter.encode() in first.strip():
                 return delimiter
         return "," if not self.options.decimal_comma else ";"
@@ -429,7 +429,7 @@ def _exact_times(signal: Signal, path: Path) -> tuple[FloatArray, int]:
     """Find times with just enough decimals for a reader to find the exact rate, six at least."""
     frames = signal.first_frame + np.arange(signal.n_frames, dtype=np.float64)
     times = frames * signal.rate.denominator / signal.rate.numerator
-    # Two digits at least must tell neighbouring times apart.
+    # Neighbouring times must differ in two digits at least.
     least = max(6, 2 + math.ceil(math.log10(float(signal.rate))))
     if signal.n_frames > 1:
         for decimals in range(least, least + 12):
@@ -448,7 +448,7 @@ def _parts(signal: Signal, time: str, times: FloatArray, decimals: int) -> Itera
     """Yield the file's bytes, some rows at a time."""
     text = StringIO()
     names = [f"'{name}" if _FORMULA.match(name) else name for name in signal.names]
-    # A name with another delimiter in it needs its quotes too, or the first line would be taken for that one's.
+    # A reader takes a tab or semicolon in the first line for the delimiter, so names that hold one are quoted.
     confusing = any(re.search("[\t;]", name) for name in names)
     writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL if confusing else csv.QUOTE_MINIMAL)
     writer.writerow([time, *names])

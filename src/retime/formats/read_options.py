@@ -34,14 +34,10 @@ class Limits:
         Bytes of a line of text.
     name_bytes : int
         Bytes of a joint's or channel's name.
-    json_depth : int
-        Nesting of a JSON document.
     zip_ratio : int
         How many times larger than its compressed bytes a zip member may claim to be.
     inflated_bytes : int
         Bytes of all inflated zip members.
-    problems : int
-        Problems reported for one file.
     """
 
     file_bytes: int = MOST_BYTES
@@ -53,10 +49,8 @@ class Limits:
     joint_poses: int = 1 << 26
     line_bytes: int = 16 << 20
     name_bytes: int = 1024
-    json_depth: int = 64
     zip_ratio: int = 200
     inflated_bytes: int = 2 << 30
-    problems: int = 100
 
 
 @dataclass(frozen=True)

@@ -75,7 +75,7 @@ class Lines:
         self.number += 1
         self._start = self._at = self.next_start
         longest = self.limits.line_bytes
-        # Two bytes past the limit there is room for a longest line and its CRLF; further is no use to look.
+        # The longest allowed line and its CRLF end two bytes past the limit; looking further is no use.
         match = LINE_END.search(self.data, self._start, self._start + longest + 2)
         if match is None:
             self._end = self.next_start = len(self.data)

@@ -87,11 +87,11 @@ class AllowedPlaces:
             return place
         refused = [place]
         for other in beside:
-            # What is no path is refused by itself, when it is asked for.
+            # A text that is no path at all is refused when it is asked for, not here.
             with contextlib.suppress(OptionError):
                 if not self.allows(other):
                     refused.append(self._place(other))
-        # A name without an ending is a folder's: what is there is not looked at, and not told.
+        # A name without an ending is taken for a folder. What is really there must not be told, so nobody looks.
         folders = [one.parent if one.suffix else one for one in refused]
         raise OptionError(
             f"{path} lies outside the folders that the editor may use ({', '.join(map(str, self.folders))}). "
@@ -113,5 +113,5 @@ class AllowedPlaces:
         try:
             return Path(os.path.realpath(self.folders[0] / Path(path).expanduser()))
         except (ValueError, RuntimeError):
-            # A letter that no name has, or the home of nobody.
+            # The name holds a NUL, or begins with the ~ of a user who doesn't exist.
             raise OptionError(f"{str(path)!r} is no path") from None

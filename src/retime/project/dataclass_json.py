@@ -111,7 +111,7 @@ def _convert_given(kind: Any, value: Any, where: str) -> dict[str, Any]:
     _check_object(value, where)
     hints = _hints(kind)
     _refuse_unknown(value, hints, where)
-    # In the order of the declaration: who writes it down writes the same, whatever came first.
+    # In the declaration's order, so that the same options are written as the same text, whoever gave them.
     return {
         name: _convert(hint, value[name], f"{where}.{name}")
         for name, hint in hints.items()

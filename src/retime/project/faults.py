@@ -88,13 +88,13 @@ def fault_of(error: Exception, document: Document, last: Document | None) -> Fau
     if error.option == "reference" and len(document.references) == 1:
         return Fault(reference=0)
     if error.option == "motion":
-        # The clips of a group don't agree; the last that is searched came last.
+        # The clips of a group don't fit together: the one that was added last is named.
         return Fault(clip=max(i for i, file in enumerate(document.clips) if file.role == "search"))
     suspects = [key for key in document.keys if key.output_time in error.output_times]
     before = () if last is None else last.keys
     changed = [key for key in suspects if key not in before]
     if not changed and last is not None and error.output_times:
-        # The keys stand where they stood: what was changed beside them leaves no way through.
+        # No keytime has moved, so it is another change that leaves no way through.
         if locks := [lock for lock in document.locks if lock not in last.locks]:
             return Fault(lock=locks[-1].id)
         for name in BY_NAME:
@@ -103,6 +103,6 @@ def fault_of(error: Exception, document: Document, last: Document | None) -> Fau
     if suspects:
         return Fault(key=(changed or suspects)[-1].id)
     if error.option is None:
-        # A span between keytimes, of which the ends are two: the last one stands where the length puts it.
+        # A span is at fault, and no keytime of the document ends it: its end is the clip's, where the length puts it.
         return option_fault("length") if error.output_times and "length" in document.options else Fault()
     return option_fault(error.option)

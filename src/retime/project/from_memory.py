@@ -42,7 +42,7 @@ def file_of(clip: AnyMotion, folder: Path) -> Path:
     if place.exists():
         return place
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    # Beside its place, and renamed when whole: an AMC has a skeleton of its own.
+    # Written beside its place, and moved there when whole: an AMC is two files, and both must be there or none.
     with tempfile.TemporaryDirectory(dir=folder) as beside:
         whole = Path(beside) / "whole"
         whole.mkdir(mode=0o700)
@@ -50,7 +50,7 @@ def file_of(clip: AnyMotion, folder: Path) -> Path:
         try:
             whole.rename(place.parent)
         except OSError:
-            # Another notebook was as quick.
+            # Another notebook wrote the same clip meanwhile.
             if not place.exists():
                 raise
     return place
@@ -70,7 +70,7 @@ def _digest(clip: AnyMotion) -> str:
     digest = hashlib.sha256()
     for array in arrays:
         digest.update(np.ascontiguousarray(array).tobytes())
-    # Written out, for a declaration's own repr leaves out what is long.
+    # Every field is written out: the repr of a declaration leaves out long values.
     said = (type(clip).__name__, clip.name, str(clip.rate), clip.first_frame, *map(_written, facts))
     digest.update(repr(said).encode())
     return digest.hexdigest()[:16]

@@ -236,7 +236,7 @@ class Journal:
 
     def _append(self, value: Mapping[str, Any], history: History, warps: Mapping[str, Warp]) -> None:
         if self._file is None or self._size > max(_LARGE, 2 * self._least):
-            # Something could not be written before; or a long drag wrote the same key a thousand times.
+            # An earlier edit could not be written; or one long drag has written the same keytime a thousand times.
             self._rewrite(history, warps)
             if value["did"] == "save":
                 self._append(value, history, warps)
@@ -267,7 +267,7 @@ class Journal:
             self._file = None
         if remove:
             self.path.unlink(missing_ok=True)
-        # Its holder alone removes a lock, while it holds it.
+        # A lock's file is removed only by who holds it, before letting go.
         self._lock_path.unlink(missing_ok=True)
         self._lock.close()
 
@@ -288,14 +288,14 @@ def _locked(path: Path) -> BinaryIO:
 
             fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
         except ImportError:
-            # Windows has no such lock. There a file that is open can't be replaced by another program, nor removed.
+            # Windows has no such lock, nor needs one: there no program replaces or removes a file that is open.
             return file
         except OSError:
             file.close()
             raise OptionError(f"{path}: another editor has this open; close it first") from None
         if _is_at(file, path):
             return file
-        # Its holder removed it between our opening and our locking it: what we hold is nobody's.
+        # Its holder removed the file after we opened it and before we locked it: our lock guards nothing.
         file.close()
 
 

@@ -96,7 +96,7 @@ class Reader:
 
     def __init__(self, find: Find = as_paths) -> None:
         self._find = find
-        # Whole files, and what is cut out of them.
+        # The files as they were read, and the stretches that were cut out of them.
         self._clips: dict[_Key, AnyMotion] = {}
         self._used: dict[_Key, AnyMotion] = {}
         self._references: dict[tuple[ReferenceFile, tuple[int, ...]], tuple[tuple[AnyMotion, ...], Reference]] = {}

@@ -152,6 +152,6 @@ def ghosts(solution: Solution) -> tuple[Warp, Warp]:
     """Return what an animator has today through the same keytimes: straight lines, and the spline."""
     keytimes = solution.warp.keytimes
     with warnings.catch_warnings():
-        # That a tangent is too steep for a spline is no news about the guided warp.
+        # A tangent may be too steep for a spline; that says nothing about the guided warp, so nobody is warned.
         warnings.simplefilter("ignore", RetimeWarning)
         return linear_warp(keytimes), spline_warp(keytimes, rate=float(solution.sources.clips[0].rate))

@@ -74,7 +74,7 @@ def read_old_document(value: Any, where: str) -> Document:
         locks=old.locks,
         method=old.options.method,
         average=old.options.average,
-        # Through the reader of this version: where it no longer knows an option, that is told by name.
+        # This version's reader checks it: an option that it no longer knows is named in its message.
         options=from_value(Options, given, f"{where}.options"),
         kept=old.kept,
     )

@@ -95,7 +95,7 @@ class Workspace:
                 raise OptionError(
                     f"{path}: another program changed this project; save under another name, or allow overwriting"
                 )
-            # Should saving be the last that the program does, the digest will tell that the file is this journal's.
+            # Should the program die just after saving, the digest tells that the file on disk belongs to this journal.
             self.journal.save(digest, history, warps)
             save_project(path, data, overwrite=True)
         self.saved, self.digest, self.recovered = history.present, digest, False
@@ -113,7 +113,7 @@ class Workspace:
         except BaseException:
             journal.close()
             raise
-        # What was open before holds nothing now that the new file does not.
+        # The new file holds all that the old journal held.
         self.journal.close(remove=True)
         self.journal, self.path = journal, path
 

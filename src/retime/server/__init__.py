@@ -9,7 +9,7 @@ PAGE = Path(__file__).parent / "page"
 def no_page() -> str:
     """Say why there is no page, and how to get it."""
     try:
-        # The build leaves its reason (tools/build_backend.py).
+        # tools/build_backend.py writes the reason there.
         reason = (PAGE / "missing.txt").read_text(encoding="utf-8").strip()
         why = f": when retime was installed, {reason}"
     except OSError:

@@ -51,7 +51,7 @@ class Editor:
     def __init__(self, workspace: Workspace, places: AllowedPlaces, state: Path, *, page: Path = PAGE) -> None:
         self._workspace, self._places, self._state = workspace, places, state
         self._shared: SharedDocument | None = None
-        # Files that are dropped keep their names, and an AMC finds its ASF: one folder for all of this run.
+        # One folder for all files dropped in this run: they keep their names, so an AMC finds its ASF.
         self._drops = state / "dropped" / secrets.token_hex(8)
         routes: list[BaseRoute] = [
             WebSocketRoute("/socket", self._socket),
@@ -117,7 +117,7 @@ class Editor:
                 else:
                     shared.handle(page, message)
         except (WebSocketDisconnect, KeyError):
-            # A KeyError is a binary message; pages send none.
+            # A binary message ends in a KeyError; pages send none.
             pass
         finally:
             shared.leave(page)

@@ -14,7 +14,7 @@ class Audience:
 
     def __init__(self) -> None:
         self._pages: set[Outbox] = set()
-        # What was told last, by what it is: a curve, a problem, the clip at a place.
+        # The last message of each kind: the curve, the problem, the clip at each place.
         self._latest: dict[str, tuple[ServerMessage, str | bytes]] = {}
 
     def join(self, page: Outbox, now: Iterable[ServerMessage]) -> None:

@@ -21,7 +21,7 @@ from retime.warp.curve import Warp, output_frame_times
 def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]:
     """Draw the clips and references of a document; where others were drawn before, only what differs."""
     first = sources.clips[0]
-    # Each says how many there are: where that changes, all are sent.
+    # Each message says how many clips there are, so a change of that number sends all of them again.
     clips = before.clips if before is not None and len(before.clips) == len(sources.clips) else ()
     found = [
         _clip("clip", i, len(sources.clips), clip, clip, ())
@@ -47,10 +47,10 @@ def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> 
         return ()
     own, names = clip.skeleton.names, other.skeleton.names
     try:
-        # What a map says of other clips of a group is none of this one's.
+        # A joint map may name joints of the group's other clips; only this clip's count here.
         match = match_joints(own, names, {name: to for name, to in reference.joint_map.items() if name in own})
     except OptionError:
-        # The search says what is wrong with the map.
+        # A wrong map is reported by the search, in better words.
         return ("",) * len(own)
     found = {joint: names[to] for joint, to in match.pairs}
     return tuple(found.get(joint, "") for joint in range(len(own)))

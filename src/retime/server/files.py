@@ -40,7 +40,7 @@ def found(places: AllowedPlaces, message: messages.Find) -> messages.Found:
         if not message.writing and not place.is_file():
             raise OptionError(f"{place}: " + ("a folder, not a file" if place.is_dir() else "there is no such file"))
     except (OptionError, OSError) as error:
-        # What lies outside is not told, not even whether it is there.
+        # Of a file outside the allowed folders nothing is told, not even whether it exists.
         return messages.Found(message.path, "", words_of(error), False)
     return messages.Found(message.path, str(place), None, place.exists())
 

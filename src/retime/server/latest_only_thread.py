@@ -40,7 +40,7 @@ class LatestOnlyThread(Generic[Job]):
         self._thread.start()
 
     def submit(self, job: Job) -> None:
-        """Ask for a job; forget one that was not begun."""
+        """Ask for a job, in place of one that waits and was not begun."""
         with self._changed:
             self._latest = job
             self._changed.notify()
@@ -73,7 +73,7 @@ class LatestOnlyThread(Generic[Job]):
         try:
             self._work_on()
         except BaseException as error:
-            # A fault of the program's: it is told, and shown in full where the thread ends.
+            # A fault in retime itself: the caller is told, and Python prints all of it when the thread ends.
             if self._died is not None:
                 self._died(error)
             raise

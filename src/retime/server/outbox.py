@@ -27,7 +27,7 @@ class Outbox:
         self._filled.set()
 
     async def get(self) -> str | bytes:
-        """Wait for the next."""
+        """Wait for the next message to send, and take it."""
         while not self._parts:
             self._filled.clear()
             await self._filled.wait()

@@ -58,10 +58,10 @@ class SharedDocument:
         self._state_folder = state
         self._loop = asyncio.get_running_loop()
         self._audience = Audience()
-        # Something was found, or will never be; who waits looks again.
+        # Set when something was found, and when nothing ever will be: whoever waits looks again.
         self._answered = asyncio.Event()
         self._revision = 1
-        # The first revision of the document that is open; what is found for an older one is of another document.
+        # The first revision of the document that is open; what is found for an older one belongs to another document.
         self._first = 1
         self._opened = 0
         self._opening = False
@@ -143,7 +143,7 @@ class SharedDocument:
             page.put(self._safe)
 
     def refuse(self, page: Outbox, error: FormatError) -> None:
-        """Answer something that is no message."""
+        """Answer what was sent in place of a message."""
         page.put(messages.Notice("error", str(error)))
         page.put(self._safe)
 
@@ -246,7 +246,7 @@ class SharedDocument:
 
         def done() -> None:
             self._places.add_folder(place.parent)
-            # What was edited meanwhile waits to be written; it is told then.
+            # Edits that came meanwhile still wait to be written; the pages are told of them then.
             self._safe = replace(self._state(), revision=revision, document=history.present, saved=True)
             self._audience.tell(messages.Saved(str(place)), self._safe)
 
@@ -338,7 +338,7 @@ class SharedDocument:
             self._audience.publish(ready)
 
         with contextlib.suppress(RuntimeError):
-            # The loop is closed, where the program is ending.
+            # The loop is closed already: the program is ending.
             self._loop.call_soon_threadsafe(publish)
 
     def _solver_died(self, error: BaseException) -> None:

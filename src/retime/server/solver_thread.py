@@ -79,10 +79,10 @@ class SolverThread:
     def __init__(self, find: Find, found: Callable[[Findings], None], died: Callable[[BaseException], None]) -> None:
         self._solver = DocumentSolver(find)
         self._found = found
-        # What the pages were told of files: of which document, and what was in them.
+        # The document whose files the pages were shown last, and what those files held.
         self._shown: tuple[int, Sources] | None = None
         self._good: tuple[int, Solution] | None = None
-        # Why a revision could not be solved; and why none is any more.
+        # The error of the revision that could not be solved; and the one that ended the thread, if it has ended.
         self._bad: tuple[int, Exception] | None = None
         self._dead: BaseException | None = None
         self._died = died
@@ -190,8 +190,8 @@ class SolverThread:
 
 @contextlib.contextmanager
 def _warnings_told(say: Callable[[messages.Notice], None]) -> Iterator[None]:
-    """Tell warnings of retime's to the page."""
-    # What Python keeps of warnings is one for all threads; the solver's is the only one that changes it.
+    """Show retime's own warnings on the page."""
+    # Python has one list of warning filters for all threads. Only the solver's thread changes it.
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RetimeWarning)
         try:
