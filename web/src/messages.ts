@@ -80,6 +80,10 @@ export interface Options {
   readonly evenness?: number;
   /** Play jumps at their own speed. */
   readonly keep_flights?: number;
+  /** How dear it is to leap over what happens. */
+  readonly content?: number;
+  /** How near to its own speed the clip begins and ends. */
+  readonly ends?: number;
   /** How much a change of speed costs: the more, the fewer changes. */
   readonly smoothness?: number;
   /** Slowest and fastest for the whole clip: 1/2..2, 50%..200%, ..2. */

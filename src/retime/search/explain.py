@@ -43,8 +43,9 @@ class Explanation:
         Local score (Eq. 2): the mean distance to the matched reference frames. nan at the two ends, which have none.
     costs : float array, shape (n_output,)
         What the search paid for the frame: the score, weighted where a free length is neutral, the charge for a
-        change of speed where smoothness is asked for, and the price of the step to the next frame where hurry has
-        one. nan at the ends, but for the price of the first step; all of them and `seam_cost` add up to the total.
+        change of speed where smoothness is asked for, and the prices of the step to the next frame. At the ends what
+        the first and the last step cost by themselves, nan where that is nothing. All of them and `seam_cost` add up
+        to the total.
     tempo_costs : float array, shape (n_output,)
         Of these the price of the step from this frame to the next: what evenness and kept flights charged. 0 where
         there is none.
@@ -145,18 +146,21 @@ def explain_path(
     step_prices: FloatArray | None = None,
     flying: BoolArray | None = None,
     matched: IntArray | None = None,
+    end_costs: tuple[float, float] = (0.0, 0.0),
 ) -> Explanation:
     """Explain a path; the parameters are the fields of `retime.search.result.GuidedWarp`.
 
     `step_prices`, shape (n_output - 1,), is what the price on tempo charged each step of the path; `flying`, of
-    the same shape, says which of them pass a flight that is to keep its speed.
+    the same shape, says which of them pass a flight that is to keep its speed; `end_costs` is what the first and the
+    last step cost by themselves.
     """
     frames = path.frames
     n_output = len(frames)
     which = np.full((n_output, n_neighbors), -1, dtype=np.int64)
     when = np.full((n_output, n_neighbors), np.nan)
-    scores, costs = np.full((2, n_output), np.nan)
-    costs[1:-1] = path.scores
+    scores = np.full(n_output, np.nan)
+    ends = [cost or math.nan for cost in end_costs]
+    costs = np.concatenate([ends[:1], path.scores, ends[1:]])
     if n_output > 2:
         if matched is None:
             rows, distances = matched_frames(input_poses, frames, model, n_neighbors=n_neighbors, score=score)
@@ -168,11 +172,7 @@ def explain_path(
     input_times = reduction.input_times[frames]
     speeds = np.diff(input_times) * reduction.rate
     prices = np.zeros(n_output - 1) if step_prices is None else step_prices
-    # The first step's price is in no triple.
-    first = float(prices[0]) if len(prices) else 0.0
-    if step_prices is not None:
-        costs[0] = first
-    seam_cost = path.total - math.fsum(path.scores) - first
+    seam_cost = path.total - math.fsum([*path.scores, *end_costs])
     binding = _binding(reduction, frames, allowed, locked)
     if step_prices is not None and flying is not None:
         binding = _with_tempo(binding, reduction, frames, scores, prices, flying)
@@ -188,7 +188,7 @@ def explain_path(
         binding,
         references,
         # The total is summed in another order, so without a seam the difference is not 0 but a rounding.
-        seam_cost if seam_cost > 1e-12 * path.total else 0.0,
+        seam_cost if seam_cost > 1e-11 * path.total else 0.0,
     )
 
 

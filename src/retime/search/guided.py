@@ -31,6 +31,8 @@ def guided_warp(
     evenness: float | None = None,
     keep_flights: float | None = None,
     flights: Sequence[Sequence[float | str]] | None = None,
+    content: float = 0.0,
+    ends: float = 0.0,
     smoothness: float = 0.0,
     influence: ArrayLike = 1.0,
     loop: bool = False,
@@ -81,6 +83,12 @@ def guided_warp(
         How strongly flights are played at their own speed. Left out: 24 where a figure moves like itself, else 0.
     flights : sequence of (start, end), optional
         Input times between which a figure flies, in place of what is found (`Motion.flights`).
+    content : float
+        How dear it is to leap over poses: a price on each step for what it does not show. 0 is off; 2 keeps nearly all
+        actions of a signal, 4 all of them. With `evenness` it adds little.
+    ends : float
+        How near to its own speed the output begins and ends: a weight on ln² of the first and of the last speed, in
+        median scores. 0 is off.
     smoothness : float
         Weight on changes of log-speed, in median scores; 0 is off.
     influence : float, or array of shape (n, 2)

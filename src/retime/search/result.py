@@ -61,6 +61,8 @@ class GuidedWarp:
         The input; more than one where it was a group. An array is a signal here.
     loop : bool
         Whether it was searched as a cycle.
+    end_costs : (float, float)
+        What the first and the last step cost by themselves, beside the scores of triples.
     excess : float, optional
         For the heuristic search: by what share its total exceeds the optimum.
     matched : int array, shape (n_output - 2,), optional
@@ -87,6 +89,7 @@ class GuidedWarp:
     score: ScoreName
     clips: tuple[AnyMotion, ...]
     loop: bool = False
+    end_costs: tuple[float, float] = (0.0, 0.0)
     excess: float | None = None
     matched: IntArray | None = None
     seconds: dict[str, float] = field(default_factory=dict)
@@ -205,6 +208,7 @@ class GuidedWarp:
             step_prices=self._step_prices(),
             flying=self._flying(),
             matched=self.matched,
+            end_costs=self.end_costs,
         )
 
     def _step_prices(self) -> FloatArray | None:

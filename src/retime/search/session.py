@@ -27,6 +27,7 @@ from retime.motion.grammar import parse_length, parse_speed, parse_speeds, parse
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
 from retime.search import options
+from retime.search.content import content_prices
 from retime.search.inputs import as_clips, as_references
 from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes, refuse_single_frame
 from retime.search.methods.exact import PathTask, exact_path
@@ -44,7 +45,7 @@ from retime.search.wishes.allowed import forbid
 from retime.search.wishes.asked import Wishes
 from retime.search.wishes.kept import kept_positions, kept_speeds, speed_bounds
 from retime.search.wishes.locks import Lock
-from retime.search.wishes.prices import add_smoothness, neutral_weights, weigh_neutral
+from retime.search.wishes.prices import add_smoothness, end_prices, neutral_weights, weigh_neutral
 from retime.search.wishes.tempo import Tempo, tempo_of, tempo_prices
 from retime.warp.blend import blend
 from retime.warp.curve import Warp
@@ -150,7 +151,7 @@ class Session:
         scores = self._scores(plan)
         seconds = dict(self._analysis_seconds)
         seconds["scores"] = clock.lap()
-        path, excess, prices = self._search(plan, scores, poses, chosen)
+        path, excess, prices, end_costs = self._search(plan, scores, poses, chosen)
         reduction = plan.finished(path.frames)
         seconds["path"] = clock.lap()
         staircase, warp = self._curve(plan, reduction, path, chosen["smoothing"])
@@ -166,6 +167,7 @@ class Session:
             plan=plan,
             tempo=None if prices is None else self.tempo,
             tempo_prices=prices,
+            end_costs=end_costs,
             reduction=reduction,
             model=self._model,
             references=self.references,
@@ -244,8 +246,11 @@ class Session:
 
     def _search(
         self, plan: SearchPlan, scores: FloatArray, poses: FloatArray, chosen: dict[str, Any]
-    ) -> tuple[FramePath, float | None, FloatArray | None]:
-        """Put prices on scores, and find the path; of the heuristic also its excess. Also the prices on tempo."""
+    ) -> tuple[FramePath, float | None, FloatArray | None, tuple[float, float]]:
+        """Put prices on scores, and find the path.
+
+        Also returns the heuristic's excess, the prices on tempo, and what the first and the last step cost.
+        """
         neutral = plan.request.free and chosen["free_weight"] == "neutral" and not self.paper
         weights = plan.request.evenness, plan.request.keep_flights
 
@@ -253,27 +258,45 @@ class Session:
             add_smoothness(costs, chosen["smoothness"], plan.reduction, steps)
             if neutral:
                 weigh_neutral(costs, plan.reduction, steps)
-            tempo, first = None, np.zeros(steps.n_steps)
+            tempo, first, last = None, np.zeros(steps.n_steps), np.zeros(steps.n_steps)
+            if chosen["ends"]:
+                first, last = end_prices(scores, plan.reduction, steps, chosen["ends"])
+            if chosen["content"]:
+                left_out = content_prices(
+                    poses,
+                    plan.reduction,
+                    steps,
+                    weight=chosen["content"],
+                    time_scale=self.time_scale,
+                    itself=self.itself,
+                )
+                costs += left_out[:, steps.after]
+                first = first + left_out[0]
             if any(weights):
                 tempo = tempo_prices(self.tempo, plan.reduction, steps, evenness=weights[0], keep_flights=weights[1])
                 costs += tempo[:, steps.after]
-                first = tempo[0]
+                first = first + tempo[0]
             if plan.request.wishes.any:
                 forbid(costs, plan.allowed, steps)
-            return PathTask(plan, costs, steps, first, chosen["search"]), tempo
+            return PathTask(plan, costs, steps, first, last, chosen["search"]), tempo
+
+        def found(
+            task: PathTask, tempo: FloatArray | None
+        ) -> tuple[FramePath, float | None, FloatArray | None, tuple[float, float]]:
+            path, excess = self._find(task, poses, neutral)
+            first, last = np.searchsorted(task.steps.steps, np.diff(path.frames)[[0, -1]])
+            return path, excess, tempo, (float(task.first[first]), float(task.last[last]))
 
         limited = plan.steps
         steps, costs = self._loosened(plan, scores, poses)
         try:
-            task, tempo = task_of(steps, costs)
-            return *self._find(task, poses, neutral), tempo
+            return found(*task_of(steps, costs))
         except InfeasibleWarpError:
             every = StepPairs.of(limited.steps)
             if limited.n_pairs == every.n_pairs:
                 raise
         # Neighbouring speeds that lie near each other leave no way through: any may follow any.
-        task, tempo = task_of(every, self._triples(poses, every, self._model))
-        return *self._find(task, poses, neutral), tempo
+        return found(*task_of(every, self._triples(poses, every, self._model)))
 
     def _loosened(self, plan: SearchPlan, scores: FloatArray, poses: FloatArray) -> tuple[StepPairs, FloatArray]:
         """Return a copy of the scores in which, at loose frames, any step may follow any."""

@@ -24,8 +24,8 @@ class PathTask:
         The scores of triples with all prices; inf where a wish forbids one.
     steps : StepPairs
         The pairs.
-    first : float array, shape (n_steps,)
-        The price of the first step, which no triple holds.
+    first, last : float arrays, shape (n_steps,)
+        Prices of the first step, which no triple holds, and of the last one.
     search : {"priced", "layered"}
         Which of the two exact searches.
     """
@@ -34,6 +34,7 @@ class PathTask:
     costs: FloatArray
     steps: StepPairs
     first: FloatArray
+    last: FloatArray
     search: str = "priced"
 
     __repr__ = brief_repr
@@ -42,7 +43,7 @@ class PathTask:
     def ends(self) -> tuple[FloatArray, FloatArray]:
         """What the first and the last step cost; each of shape (n_steps,)."""
         start, end = end_costs(self.plan.allowed, self.steps)
-        return start + self.first, end
+        return start + self.first, end + self.last
 
     def through(
         self,

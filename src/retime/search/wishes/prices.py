@@ -53,6 +53,24 @@ def weigh_neutral(scores: FloatArray, reduction: Reduction, steps: StepPairs) ->
         scores[first:last] *= neutral_weights(steps, reduction.upsamples[before], reduction.upsamples[after])
 
 
+def end_prices(
+    scores: FloatArray, reduction: Reduction, steps: StepPairs, weight: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return what the first and the last step cost: ``weight * median score * ln²`` of their speeds, (n_steps,) each.
+
+    An end that holds costs nothing.
+    """
+    finite = scores[np.isfinite(scores)]
+    price = weight * float(np.median(finite)) if len(finite) else 0.0
+    logs = np.log(steps.steps)
+    return tuple(  # type: ignore[return-value]
+        np.zeros(steps.n_steps) if still else price * (logs - math.log(upsample)) ** 2
+        for still, upsample in zip(
+            (reduction.still[0], reduction.still[-1]), (reduction.upsamples[0], reduction.upsamples[-1]), strict=True
+        )
+    )
+
+
 def neutral_weights(steps: StepPairs, before: int, after: int) -> FloatArray:
     """Return the square roots of the mean speeds of pairs of steps, shape (n_pairs,); given their upsamplings."""
     return np.asarray(np.sqrt((steps.steps[steps.before] / before + steps.steps[steps.after] / after) / 2))
