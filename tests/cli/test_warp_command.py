@@ -144,6 +144,8 @@ def test_several_keys_are_all_met_by_every_method(run, clips, tmp_path) -> None:
         (["--rate", "15"], {"rate": 15.0, "n_input": 241, "n_output": 40}),
         (["--max-skip", "3"], {"max_skip": 3, "upsample": 1}),
         (["--evenness", "0"], {}),
+        (["--content", "2"], {}),
+        (["--ends", "0.2"], {}),
         (["--keep-flights", "0", "--evenness", "1"], {}),
         (["--paper"], {"max_skip": 8, "upsample": 1, "n_input": 121}),
         (["--upsample", "2"], {"upsample": 2, "n_input": 241}),
