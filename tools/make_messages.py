@@ -10,7 +10,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints, is
 
 from retime.search.options import BY_NAME
 from retime.server import messages
-from retime.server.messages import array_fields, type_name
+from retime.server.message_coding import array_fields, type_name
 
 PAGE = Path(__file__).resolve().parents[1] / "web" / "src" / "messages.ts"
 

@@ -22,7 +22,7 @@ from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.from_memory import file_of
 from retime.project.workspace import new_document, open_document, open_project, state_folder
 from retime.server import PAGE, messages, no_page
-from retime.server.messages import read_message, write_message
+from retime.server.message_coding import read_message, write_message
 from retime.server.outbox import Outbox
 from retime.server.shared_document import SharedDocument, welcome
 from retime.warp.curve import Warp

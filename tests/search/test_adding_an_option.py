@@ -61,7 +61,7 @@ from retime.project.document import Document
 from retime.project.faults import fault_of
 from retime.project.solve import DocumentSolver
 from retime.project.dataclass_json import from_value
-from retime.server.messages import read_message
+from retime.server.message_coding import read_message
 from tests.search import test_options
 from study.defaults import parted
 

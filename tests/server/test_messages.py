@@ -14,7 +14,7 @@ from retime.errors import FormatError
 from retime.project.dataclass_json import to_value
 from retime.project.document import ClipFile, Document, Key
 from retime.server import messages
-from retime.server.messages import read_message, write_message
+from retime.server.message_coding import read_message, write_message
 
 TOOLS = Path(__file__).resolve().parents[2] / "tools"
 

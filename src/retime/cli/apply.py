@@ -10,6 +10,7 @@ from retime.cli.clip_options import PATH, ClipOptions, clip_options, retimed
 from retime.cli.exit_codes import EXIT_FILE, exit_code
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_checks import check_format, check_outputs
+from retime.cli.output_options import no_average_option
 from retime.cli.terminal import Stages, report_error, say
 from retime.errors import OptionError, RetimeError, words_of
 
@@ -39,15 +40,7 @@ _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-di
     default_text="_retimed",
     help="Put after each clip's name, before its ending, where -o does not name the output.",
 )
-@click.option(
-    "--no-average",
-    "average",
-    cls=Option,
-    is_flag=True,
-    flag_value=False,
-    default=True,
-    help="Where the motion is sped up, show single moments of the input instead of averages over a few frames.",
-)
+@no_average_option
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
 def command(

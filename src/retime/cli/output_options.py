@@ -26,6 +26,16 @@ def _also(text: str) -> tuple[Path, Path]:
     return Path(clip), Path(output)
 
 
+no_average_option = click.option(
+    "--no-average",
+    "average",
+    cls=Option,
+    is_flag=True,
+    flag_value=False,
+    default=True,
+    help="Where the motion is sped up, show single moments of the input instead of averages over a few frames.",
+)
+
 _OPTIONS = (
     click.option(
         "-o",
@@ -62,15 +72,7 @@ _OPTIONS = (
         multiple=True,
         help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
     ),
-    click.option(
-        "--no-average",
-        "average",
-        cls=Option,
-        is_flag=True,
-        flag_value=False,
-        default=True,
-        help="Where the motion is sped up, show single moments of the input instead of averages over a few frames.",
-    ),
+    no_average_option,
     click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
     click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),
     click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary."),

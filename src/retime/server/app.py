@@ -25,7 +25,7 @@ from retime.project.allowed_places import AllowedPlaces
 from retime.project.workspace import Workspace
 from retime.server import PAGE, messages, no_page
 from retime.server.guard import BodyTooLarge, Guard
-from retime.server.messages import read_message, write_message
+from retime.server.message_coding import read_message, write_message
 from retime.server.outbox import Outbox
 from retime.server.shared_document import SharedDocument, welcome
 

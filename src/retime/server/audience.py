@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from retime.server import messages
-from retime.server.messages import ServerMessage, write_message
+from retime.server.message_coding import write_message
+from retime.server.messages import ServerMessage
 from retime.server.outbox import Outbox
 
 

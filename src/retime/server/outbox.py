@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 
 from retime.server import messages
-from retime.server.messages import ServerMessage, type_name, write_message
+from retime.server.message_coding import type_name, write_message
+from retime.server.messages import ServerMessage
 
 
 class Outbox:

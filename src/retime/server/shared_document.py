@@ -28,7 +28,8 @@ from retime.server import files, messages
 from retime.server.audience import Audience
 from retime.server.disk_writer import Change, DiskWriter
 from retime.server.drawn_messages import kept_message
-from retime.server.messages import ServerMessage, write_message
+from retime.server.message_coding import write_message
+from retime.server.messages import ServerMessage
 from retime.server.outbox import Outbox
 from retime.server.solver_thread import Findings, Job, SolverThread
 from retime.warp.curve import Warp
