@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol, runtime_checkable
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -93,7 +94,20 @@ def global_poses(motion: Moving) -> GlobalPoses:
     >>> bool(np.allclose(global_poses(turned).positions[0, 1], [0, 1, 0]))
     True
     """
-    return _global_poses(motion.skeleton, motion.rotations, motion.local_translations, motion.up)
+    known = _KNOWN.get(motion)
+    if known is None:
+        known = _global_poses(motion.skeleton, motion.rotations, motion.local_translations, motion.up)
+        for array in (known.positions, known.rotations, known.end_positions):
+            array.setflags(write=False)
+        if known.positions.size <= _MOST_KEPT:
+            _KNOWN[motion] = known
+    return known
+
+
+# Several stages of a job (features, flights, contacts, slip) ask for the poses of one motion, which does not change.
+# They are kept as long as the motion is there, but for long takes, whose memory would count.
+_KNOWN: WeakKeyDictionary[Moving, GlobalPoses] = WeakKeyDictionary()
+_MOST_KEPT = 3_000_000
 
 
 def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str) -> GlobalPoses:
