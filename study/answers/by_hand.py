@@ -55,7 +55,7 @@ def weaken(motion: Motion, joints: Sequence[str], *, share: float = 0.5) -> Warp
     """Take the force out of blows, and keep the length: what is fast becomes slower, what is slow faster.
 
     The faster of the `joints`, going at v, is played at (v / median v) to the power of - `share`, between 0.45 and 2.2,
-    all scaled to the length of the input.
+    all scaled to the length of the input. A `share` below 0 gives blows force instead.
     """
     smooth = fastest_joint(motion, joints)
     log_speed = -share * np.log(np.maximum(smooth, 1e-9) / np.median(smooth))

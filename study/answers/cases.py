@@ -13,7 +13,7 @@ from retime.motion.motion import Motion
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from study.answers.by_hand import example_of, frames_of, limp, slow_flights, weaken
-from study.clips.blows import WRISTS
+from study.clips.blows import wrists
 from study.clips.library import Library
 from study.clips.walks import cycles, walking_spans
 
@@ -81,7 +81,7 @@ def jump_answer(name: str, motion: Motion, start: float, end: float) -> Answer:
 
 def boxing_answer(name: str, strong: Motion, reference: Motion) -> Answer:
     """Weaken blows by hand; the truth gives them their force back."""
-    hand = weaken(strong, WRISTS)
+    hand = weaken(strong, wrists(strong))
     weak = replace(apply_warp(strong, hand, average=False), name=f"{strong.name}, weakened")
     truth = Warp(hand.input_times, hand.output_times, method="hand")
     return Answer(name, "boxing", weak, reference, truth, ((0.0, weak.end_time),), free=False)

@@ -10,7 +10,7 @@ from retime.motion.motion import Motion
 from retime.warp.curve import Warp
 from retime.warp.keytime import Keytime
 from retime.warp.spline import spline_warp
-from study.clips.blows import WRISTS, fast_spans
+from study.clips.blows import fast_spans, wrists
 
 
 def spans_to_keep(motion: Motion, keep: Spans, *, margin: float = 0.1) -> tuple[tuple[float, float], ...]:
@@ -76,5 +76,5 @@ def spline_through(truth: Warp, input_times: Sequence[float], *, rate: float) ->
 
 def keyed_blows(motion: Motion) -> Warp:
     """Hurry over every blow as an animator would, by keytimes around it; the length stays."""
-    blows = spans_to_keep(motion, fast_spans(motion, WRISTS))
+    blows = spans_to_keep(motion, fast_spans(motion, wrists(motion)))
     return keyed_spline(motion, blows, motion.end_time, speed=1.6)

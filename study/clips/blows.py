@@ -7,10 +7,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.errors import OptionError
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
 
-WRISTS = ("LeftWrist", "RightWrist")
+_WRISTS = (("LeftWrist", "RightWrist"), ("lwrist", "rwrist"))
+
+
+def wrists(motion: Motion) -> tuple[str, ...]:
+    """Name the joints that are a clip's wrists; raise OptionError where it has none that are known."""
+    for names in _WRISTS:
+        if set(names) <= set(motion.skeleton.names):
+            return names
+    raise OptionError(f"{motion.name or 'the motion'} has no joints that are known to be wrists")
 
 
 def fast_spans(motion: Motion, joints: Sequence[str], *, share: float = 0.15) -> tuple[tuple[float, float], ...]:

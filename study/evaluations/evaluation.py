@@ -70,7 +70,7 @@ class Evaluation:
     Attributes
     ----------
     key : str
-        "V1" to "V8"; "V6b" and "V7b" are further ones.
+        "V1" to "V8"; "V6b", "V6c" and "V7b" are further ones.
     title, about, clip : str
         What it shows, in words, and on which capture.
     motion : Motion

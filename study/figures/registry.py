@@ -18,7 +18,7 @@ from retime.evaluate.metrics.known_answer import WarpMatch, match_warps
 from retime.evaluate.metrics.skipped import worst_skipped_pose
 from retime.evaluate.metrics.smoothness import rms_jerk
 from retime.evaluate.metrics.spans import seconds_shown
-from retime.evaluate.metrics.speeds import fastest_speed
+from retime.evaluate.metrics.speeds import fastest_speed, speed_contrast
 from retime.evaluate.metrics.timing import timing_distance
 from retime.evaluate.metrics.walking import WalkSpeeds, step_spread
 from study.defaults import DEFAULTS
@@ -145,6 +145,11 @@ FIGURES = (
         "speeds_distance",
         lambda shown: None if shown.wrists is None else shown.wrists.distance,
         (Column("wrists: off by (m/s)", as_number()),),
+    ),
+    Figure(
+        "contrast",
+        lambda shown: None if shown.wrist_speeds is None else speed_contrast(shown.wrist_speeds),
+        (Column("wrists: contrast", as_number()),),
     ),
     Figure(
         "closeness",

@@ -17,7 +17,7 @@ from retime.motion.contacts import Contacts, contacts
 from retime.motion.motion import Motion
 from retime.warp.curve import Warp
 from retime.warp.keytime import Keytime
-from study.clips.blows import WRISTS
+from study.clips.blows import wrists
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Subject:
     @cached_property
     def wrist_speeds(self) -> FloatArray | None:
         """The wrists' speeds that are wanted."""
-        return None if self.wrists is None else joint_speeds(self.wrists, WRISTS)
+        return None if self.wrists is None else joint_speeds(self.wrists, wrists(self.wrists))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +88,15 @@ class Shown:
     __repr__ = brief_repr
 
     @cached_property
+    def wrist_speeds(self) -> FloatArray | None:
+        """Its own wrists' speeds, where some are wanted."""
+        return None if self.subject.wrists is None else joint_speeds(self.motion, wrists(self.motion))
+
+    @cached_property
     def wrists(self) -> SpeedMatch | None:
         """How its wrists' speeds lie to those that are wanted."""
-        wanted = self.subject.wrist_speeds
-        return None if wanted is None else match_speeds(joint_speeds(self.motion, WRISTS), wanted)
+        found, wanted = self.wrist_speeds, self.subject.wrist_speeds
+        return None if found is None or wanted is None else match_speeds(found, wanted)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from study.clips.blows import fast_spans
+from retime.errors import OptionError
+from study.clips.blows import fast_spans, wrists
 from study.clips.library import Library, read_sample
 from study.clips.sources import FIRST, SECOND, SOURCES, missing_files
 from study.clips.walks import steps, walking_spans
 from tests.evaluate.figures import jumper
+from tests.motion.walkers import renamed
 
 SAMPLE = read_sample()
 
@@ -31,6 +33,15 @@ def test_blows_are_where_a_joint_is_fastest() -> None:
     assert (up, down) == pytest.approx((1.0, 1.5), abs=0.04)
     assert slower - up == pytest.approx(down - faster, abs=0.02)
     assert slower - up + down - faster == pytest.approx(0.15 * motion.end_time, abs=0.04)
+
+
+def test_wrists_have_the_names_of_either_kind_of_file() -> None:
+    motion = jumper(lead=1.0, rest=1.0)
+    with pytest.raises(OptionError, match="jumper has no joints that are known to be wrists"):
+        wrists(motion)
+    feet = {"LeftFoot": "lwrist", "RightFoot": "rwrist"}
+    assert wrists(renamed(motion, feet)) == ("lwrist", "rwrist")
+    assert wrists(renamed(motion, {"LeftFoot": "LeftWrist", "RightFoot": "RightWrist"})) == ("LeftWrist", "RightWrist")
 
 
 def test_every_file_that_is_named_is_there(mocap: Path) -> None:

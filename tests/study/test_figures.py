@@ -53,8 +53,12 @@ def test_what_does_not_apply_is_none() -> None:
     show = VersionMaker(Subject(still, still, truth=untouched(still)))
     figures = show.version("linear", "", at_one_speed(still, 1.0)).figures
     none = {"flight_frames", "flight_frames_kept", "flight_slowest", "flight_fastest", "flights_leapt", "gravity"}
-    none |= {"walk_low", "walk_high", "walk_fast", "walk_slow", "steps_spread"}
-    assert {name for name, value in figures.items() if value is None} == none | {"speeds", "speeds_distance"}
+    none |= {"walk_low", "walk_high", "walk_fast", "walk_slow", "steps_spread", "speeds", "speeds_distance", "contrast"}
+    assert {name for name, value in figures.items() if value is None} == none | {
+        "speeds",
+        "speeds_distance",
+        "contrast",
+    }
     assert figures["closeness"].length_ratio == pytest.approx(0.5)
     of_a_motion = {name for name, value in show.other("reference", "", still).figures.items() if value is not None}
     assert of_a_motion == {"seconds", "jerk", "distance"}

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from retime.evaluate.metrics.speeds import fastest_speed, joint_speeds, match_speeds
+from retime.evaluate.metrics.speeds import fastest_speed, joint_speeds, match_speeds, speed_contrast
 from retime.warp.curve import Warp
 from tests.evaluate.metrics.motions import JUMP, along, linear
 
@@ -38,3 +38,11 @@ def test_the_distance_of_distributions_is_that_of_scipy() -> None:
     generator = np.random.default_rng(2)
     a, b = generator.gamma(2.0, 1.0, 70), generator.gamma(3.0, 0.5, 41)
     assert match_speeds(a, b).distance == pytest.approx(wasserstein_distance(a, b))
+
+
+def test_contrast_is_that_of_blows_and_not_of_tempo() -> None:
+    # A hundredth of the time at 10, the rest at 1: the mean is 1.09.
+    speeds = np.concatenate([np.ones(9_900), np.full(100, 10.0)])
+    assert speed_contrast(speeds[:9_950]) == pytest.approx(1 / speeds[:9_950].mean())
+    assert speed_contrast(np.concatenate([speeds, [10.0] * 100])) == pytest.approx(10 / (11_900 / 10_100))
+    assert speed_contrast(3 * speeds) == pytest.approx(speed_contrast(speeds))

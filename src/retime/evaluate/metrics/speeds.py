@@ -77,3 +77,18 @@ def match_speeds(speeds: ArrayLike, wanted: ArrayLike) -> SpeedMatch:
     distance = float(np.sum(np.abs(shares[0] - shares[1]) * np.diff(together)))
     found = [tuple(float(q) for q in np.quantile(one, SPEED_QUANTILES)) for one in (a, b)]
     return SpeedMatch(found[0], found[1], distance)
+
+
+def speed_contrast(speeds: ArrayLike) -> float:
+    """Return the 99th percentile of speeds over their mean: how much blows stand out from what lies between them.
+
+    No change of a whole clip's speed changes it; 1 where nothing moves.
+
+    Examples
+    --------
+    >>> speed_contrast([1.0, 1.0, 1.0]), speed_contrast([0.0, 0.0])
+    (1.0, 1.0)
+    """
+    values = np.asarray(speeds, dtype=np.float64)
+    mean = float(values.mean())
+    return float(np.quantile(values, 0.99)) / mean if mean > 0 else 1.0
