@@ -17,6 +17,7 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.kernels import StepPairs
+from retime.motion.flights import within
 from retime.search.reduction import Reduction
 
 # Seconds over which movement is averaged: longer than the sway of standing, shorter than half a stride.
@@ -54,10 +55,7 @@ class Tempo:
 
     def flying(self, input_times: FloatArray) -> FloatArray:
         """Say at which input times it flies, 1 or 0; one analysis frame to either side counts as flight too."""
-        found = np.zeros(len(input_times))
-        for start, end in self.flights:
-            found[(input_times >= start - 1 / self.rate - 1e-9) & (input_times <= end + 1 / self.rate + 1e-9)] = 1.0
-        return found
+        return within(input_times, self.flights, margin=1 / self.rate).astype(np.float64)
 
 
 def tempo_of(poses: FloatArray, rate: float, time_scale: float, flights: Sequence[tuple[float, float]]) -> Tempo:
