@@ -77,7 +77,7 @@ core: $(INSTALLED)  ## Use the core with NumPy alone, the oldest that serves, as
 	RETIME_BACKEND=numpy $(CORE)/env/bin/python tests/core_alone.py
 
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
-	set -e; for script in tools/make_*.py examples/features.py; do $(PY) $$script; done
+	set -e; for script in tools/make_*.py examples/features.py examples/choosing.py; do $(PY) $$script; done
 
 DATA ?= ../shared/mocap
 

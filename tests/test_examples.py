@@ -1,4 +1,4 @@
-"""The script behind the guide's pictures runs, with its own checks, and the guide shows what it draws."""
+"""The scripts behind the pictures of the docs run, with their own checks, and the docs show what they draw."""
 
 from __future__ import annotations
 
@@ -19,3 +19,13 @@ def test_every_feature_is_drawn_and_shown(tmp_path: Path) -> None:
     # Captures may be missing on this machine; the committed picture of that feature stays.
     assert drawn | {"skeleton"} == shown
     assert all((ROOT / "docs" / "images" / "guide" / f"{name}.svg").is_file() for name in shown)
+
+
+def test_what_choosing_tells_of_is_drawn_and_shown(tmp_path: Path) -> None:
+    script = ROOT / "examples" / "choosing.py"
+    done = subprocess.run([sys.executable, script, tmp_path], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    drawn = {path.name for path in tmp_path.iterdir()}
+    text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
+    assert drawn == set(re.findall(r"images/choosing/([\w.-]+)", text))
+    assert drawn == {path.name for path in (ROOT / "docs" / "images" / "choosing").iterdir()}
