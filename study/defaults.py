@@ -10,8 +10,11 @@ from retime.search.options import default_of, names
 DEFAULTS: dict[str, Any] = {"features": "heading", "score": "joint", "time_scale": default_of("time_scale")}
 """What `retime.guided_warp` chooses by itself, said aloud."""
 
-AS_PRINTED: dict[str, Any] = {"features": "torso", "score": "joint", "time_scale": 1 / 30}
-"""The paper read literally: the torso's own space, velocity and acceleration counted in frames."""
+AS_PRINTED: dict[str, Any] = {"features": "torso", "score": "joint", "time_scale": 1 / 30, "paper": True}
+"""The paper read literally: the torso's own space, velocity and acceleration counted in frames, its sum and no more."""
+
+WITHOUT_HURRY: dict[str, Any] = {"evenness": 0.0, "keep_flights": 0.0}
+"""No price on tempo: what `retime.guided_warp` chose by itself before there was natural hurry."""
 
 
 def parted(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

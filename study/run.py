@@ -17,11 +17,12 @@ from study.clips.library import Library
 from study.defaults import DEFAULTS
 from study.evaluations.evaluation import Evaluation
 from study.evaluations.registry import EVALUATIONS
+from study.sets.measure import Played, play_sets
 from study.signals.ball import SignalResult, warp_signal
 from study.signals.camera import CameraResult, warp_camera
 from study.signals.curve import CurveResult, warp_curve
 
-PARTS = (*EVALUATIONS, "answers", "sensitivity", "signals")
+PARTS = (*EVALUATIONS, "sets", "answers", "sensitivity", "signals")
 """What `run` can be asked for."""
 
 
@@ -33,6 +34,8 @@ class Results:
     ----------
     evaluations : tuple of Evaluation
         Those that were run, V1 first.
+    played : tuple of Played
+        Both sets of clips; empty where they were not asked for.
     answered : tuple of Answered
         Known answers; empty where they were not asked for.
     sensitivity : tuple of Row
@@ -46,6 +49,7 @@ class Results:
     """
 
     evaluations: tuple[Evaluation, ...]
+    played: tuple[Played, ...]
     answered: tuple[Answered, ...]
     sensitivity: tuple[Row, ...]
     camera: CameraResult | None
@@ -53,8 +57,6 @@ class Results:
     ball: SignalResult | None
     seconds: float
     machine: dict[str, str]
-
-    __repr__ = brief_repr
 
     __repr__ = brief_repr
 
@@ -111,6 +113,10 @@ def run(
         if key in parts:
             say(key)
             evaluations.append(evaluate(clips, 1 if quick else 7))
+    played: tuple[Played, ...] = ()
+    if "sets" in parts:
+        say("two sets of clips")
+        played = tuple(play_sets(clips))
     answered: tuple[Answered, ...] = ()
     if "answers" in parts:
         say("known answers")
@@ -134,4 +140,6 @@ def run(
         # Of all threads: what it takes where nothing else runs is this or less.
         "processor time": f"{time.process_time() - worked:.0f} s",
     }
-    return Results(tuple(evaluations), answered, rows, camera, curve, ball, time.perf_counter() - start, machine)
+    return Results(
+        tuple(evaluations), played, answered, rows, camera, curve, ball, time.perf_counter() - start, machine
+    )

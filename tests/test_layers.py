@@ -69,8 +69,9 @@ STUDY_MAY_IMPORT = {
     "choices": {"clips", "answers"},
     "figures": {"clips"},
     "evaluations": {"clips", "baselines", "answers", "figures"},
-    "run": {"clips", "answers", "choices", "evaluations", "signals"},
-    "tables": {"answers", "choices", "figures", "evaluations", "signals", "run"},
+    "sets": {"clips", "figures"},
+    "run": {"clips", "answers", "choices", "evaluations", "sets", "signals"},
+    "tables": {"answers", "choices", "figures", "evaluations", "sets", "signals", "run"},
     "report": {"answers", "evaluations", "signals", "run", "tables"},
     "__main__": {"clips", "run", "report"},
 }

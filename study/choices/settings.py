@@ -91,6 +91,23 @@ def settings(base: Mapping[str, Any]) -> list[Setting]:
         for n in (2, 4, 6, 12)
     ]
     rows += [
+        Setting(
+            "evenness, keeping flights",
+            f"{evenness:g}, {keep:g}" if evenness or keep else "0, 0 (no natural hurry)",
+            {**base, "evenness": evenness, "keep_flights": keep},
+        )
+        for evenness, keep in (
+            (0.0, 0.0),
+            (0.1, 0.0),
+            (1.0, 6.0),
+            (2.0, 12.0),
+            (4.0, 0.0),
+            (4.0, 12.0),
+            (4.0, 48.0),
+            (8.0, 48.0),
+        )
+    ]
+    rows += [
         Setting("joints", "hips, feet, hands, head", {**base, "features": _few}),
         Setting("joints", "no fingers", {**base, "features": _without_hands}),
         Setting("joints", "root counts 4 times", {**base, "features": _root_weighs(4.0)}),

@@ -22,6 +22,7 @@ def numbers(results: Results) -> dict[str, Any]:
         "seconds": round(results.seconds, 1),
         "settings": plain(DEFAULTS),
         "evaluations": [_evaluation_numbers(one) for one in results.evaluations],
+        "sets": plain(results.played),
         "answers": plain(results.answered),
         "sensitivity": plain(results.sensitivity),
         "camera": plain(results.camera),

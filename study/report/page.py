@@ -33,6 +33,15 @@ _ABOUT = {
         "retime uses. Recurrence: the paper's own, which finds the same path. Heuristic: the paper's coarse search "
         "with its keytimes, and by how much its result exceeds the optimum.",
     ),
+    "set-first": (
+        "Old and new defaults",
+        "Every clip that defaults are chosen on, shortened and lengthened: by the linear warp, by the paper read "
+        "literally, by the guided warp without natural hurry, and by the guided warp as it is by itself.",
+    ),
+    "set-second": (
+        "The same on clips that no default was chosen on",
+        "The second set was named before any choice was made, and is measured once.",
+    ),
     "answers": (
         "Known answers",
         "Every cycle (jump, blow) of a clip was warped by hand in the same way; the method was given one of them. "

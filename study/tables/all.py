@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from study.run import Results
+from study.sets.measure import SETS
 from study.tables.answers import answer_times_table, answers_table
 from study.tables.choices import choices_table, losses_table
 from study.tables.figures import figures_table
+from study.tables.sets import sets_table
 from study.tables.signals import signals_table
 from study.tables.sizes import sizes_table
 from study.tables.table import Table
@@ -16,6 +18,9 @@ def tables(results: Results) -> dict[str, Table]:
     found = {evaluation.key: figures_table(evaluation) for evaluation in results.evaluations}
     if results.evaluations:
         found["sizes"] = sizes_table(results.evaluations)
+    for clips in SETS:
+        if results.played:
+            found[f"set-{clips}"] = sets_table(results.played, clips)
     if results.answered:
         found["answers"] = answers_table(results.answered)
         found["answer-times"] = answer_times_table(results.answered)

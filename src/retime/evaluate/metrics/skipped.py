@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.evaluate.metrics import ANALYSIS_RATE
-from retime.motion.kinematics import global_poses, heading_positions, metres_per_unit
+from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.warp.curve import Warp
 
@@ -17,8 +18,8 @@ def worst_skipped_pose(motion: Motion, warp: Warp, *, rate: float = ANALYSIS_RAT
 
     A warp shows one pose an analysis period; what of the input's analysis frames lies between two of them is skipped.
     In its place the eye sees the way straight from the one to the other. The distance is the root mean square over the
-    joints, in heading space, of each skipped pose from the pose at its time on that way. To rush through stillness
-    costs nothing; to leap over a hop costs much.
+    joints, of each skipped pose from the pose at its time on that way; where on the ground the root is counts for
+    nothing. To rush through stillness costs nothing; to leap over a hop costs much.
 
     Parameters
     ----------
@@ -44,9 +45,16 @@ def worst_skipped_pose(motion: Motion, warp: Warp, *, rate: float = ANALYSIS_RAT
         return 0.0
     frames = first[step] + np.arange(len(step)) - np.repeat(np.cumsum(n_skipped) - n_skipped, n_skipped)
     share = (frames / rate - before[step]) / (after[step] - before[step])
-    starts, ends, skipped = (
-        heading_positions(global_poses(motion.at(times))) for times in (before[step], after[step], frames / rate)
-    )
+    starts, ends, skipped = (_on_the_spot(motion.at(times)) for times in (before[step], after[step], frames / rate))
     apart = skipped - (starts + share[:, None, None] * (ends - starts))
     squares = np.mean(np.sum(apart * apart, axis=-1), axis=-1)
     return float(np.sqrt(squares.max())) * metres_per_unit(motion)
+
+
+def _on_the_spot(motion: Motion) -> FloatArray:
+    """Positions of all joints with the root's place on the ground removed, shape (n_frames, n_joints, 3).
+
+    Not in heading space: a figure that lies or turns over has no steady heading.
+    """
+    positions = global_poses(motion).positions
+    return np.asarray(positions - positions[:, :1] * np.array([1.0, 0.0, 1.0]))

@@ -37,9 +37,9 @@ class WalkedStep:
 
 
 def walked_steps(
-    motion: Motion, *, shortest: float = 0.25, longest: float = 1.2, slowest: float = 0.3
+    motion: Motion, *, shortest: float = 0.25, longest: float = 1.2, slowest: float = 0.3, fewest: int = 3
 ) -> tuple[WalkedStep, ...]:
-    """Find the steps of walks: the feet land in turn, thrice or more, the body gets ahead, and nothing flies.
+    """Find the steps of walks: the feet land in turn, the body gets ahead, and nothing flies.
 
     Parameters
     ----------
@@ -49,6 +49,8 @@ def walked_steps(
         Seconds that a walker's step takes.
     slowest : float
         Metres a second that the root gets ahead over the ground in a step.
+    fewest : int
+        Steps that follow one another, at least.
     """
     rate = float(motion.rate)
     standing = contacts(motion)
@@ -70,9 +72,14 @@ def walked_steps(
         ahead = float(np.linalg.norm(ground[last] - ground[first])) / seconds
         if ahead >= slowest and not any(begin < last and first < end for begin, end in aloft):
             steps.append(WalkedStep(first / rate, last / rate, side))
-    # A single step may be a shift of weight.
-    starts, ends = {step.start for step in steps}, {step.end for step in steps}
-    return tuple(step for step in steps if step.start in ends or step.end in starts)
+    # One or two may be a shift of weight, or dancing.
+    chains: list[list[WalkedStep]] = []
+    for step in steps:
+        if chains and chains[-1][-1].end == step.start:
+            chains[-1].append(step)
+        else:
+            chains.append([step])
+    return tuple(step for chain in chains if len(chain) >= fewest for step in chain)
 
 
 def walking_spans(steps: Sequence[WalkedStep]) -> tuple[tuple[float, float], ...]:
