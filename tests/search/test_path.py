@@ -467,3 +467,34 @@ def test_scores_of_the_wrong_shape_or_kind_are_refused(scores: np.ndarray, says:
 
 def test_the_longest_step_that_fits_a_byte(kernels: Backend) -> None:
     assert found_by(np.zeros((511, 255, 255)), n_output=3, use=kernels) == ((0, 255, 510), 0.0)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_best_path_within_a_band_is_the_best_of_all_that_stay_there(kernels: Backend, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n_input, n_output, max_skip = int(rng.integers(6, 12)), int(rng.integers(3, 7)), 3
+    scores = rng.integers(0, 4, (n_input, max_skip, max_skip)) * 0.5
+    middle = np.linspace(0, n_input - 1, n_output)
+    slack = rng.integers(0, 4, n_output)
+    band = np.stack([np.floor(middle) - slack, np.ceil(middle) + slack], axis=1).astype(int)
+    inside = [
+        path
+        for path in literal.every_path(n_input, n_output, max_skip)
+        if all(low <= frame <= high for frame, (low, high) in zip(path, band, strict=True))
+    ]
+    for memory_limit in (0, 1 << 20):
+        if not inside:
+            with pytest.raises(InfeasibleWarpError):
+                shortest_path(scores, n_output=n_output, band=band, use=kernels, memory_limit=memory_limit)
+            continue
+        found = shortest_path(scores, n_output=n_output, band=band, use=kernels, memory_limit=memory_limit)
+        best = min(inside, key=lambda path: (literal.total(scores, path), literal.rank(path)))
+        assert tuple(found.frames) == best
+        assert found.total == literal.total(scores, best)
+
+
+def test_a_band_of_another_length_is_refused() -> None:
+    with pytest.raises(OptionError, match="a band must have shape"):
+        shortest_path(np.zeros((9, 3, 3)), n_output=5, band=np.zeros((4, 2)))
+    with pytest.raises(OptionError, match="a band must have shape"):
+        shortest_path(np.zeros((9, 3, 3)), n_output=(4, 5), band=np.zeros((4, 2)))

@@ -11,6 +11,7 @@ import pytest
 from retime.motion.signal import Signal
 from retime.search.score import triple_scores
 from retime.search.session import Session
+from retime.search.wishes.locks import Lock
 
 MAX_SKIP = 3
 
@@ -74,3 +75,28 @@ def test_the_heuristic_reports_what_it_gives_away() -> None:
     assert heuristic.excess is not None
     assert heuristic.total >= exact.total
     assert heuristic.excess == pytest.approx((heuristic.total - exact.total) / exact.total, abs=1e-12)
+
+
+def test_a_band_gives_away_less_than_keytimes_and_all_of_it_nothing() -> None:
+    excess: dict[int | None, list[float]] = {None: [], 1: [], 3: [], 1000: []}
+    for seed in range(4):
+        session = Session(_cycle(240, seed), low_pass=0)
+        for slack, found in excess.items():
+            session.slack = slack
+            result = session.solve(length="150f", search="heuristic", max_skip=6, upsample=1)
+            assert result.excess is not None
+            found.append(result.excess)
+    assert all(excess[3][i] <= excess[1][i] + 1e-12 for i in range(4))
+    assert all(excess[1][i] <= excess[None][i] + 1e-12 for i in range(4))
+    assert sum(excess[3]) < sum(excess[None])
+    assert max(excess[1000]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_band_that_locks_leave_no_path_in_is_widened() -> None:
+    clip = _cycle(200, 3)
+    session = Session(clip, low_pass=0)
+    session.slack = 0
+    lock = Lock(1.0, 3.0, 0.5, 0.5)
+    result = session.solve(length="200f", search="heuristic", locks=[lock])
+    inside = (result.staircase.input_times[:-1] >= 1.0 - 1e-9) & (result.staircase.input_times[1:] <= 3.0 + 1e-9)
+    assert np.allclose(result.staircase.slopes[inside], 0.5)

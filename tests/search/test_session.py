@@ -20,6 +20,7 @@ from retime.motion.grammar import parse_time
 from retime.motion.signal import Signal
 from retime.search.guided import guided_warp
 from retime.search.keytimes import as_keytimes
+from retime.search.methods.heuristic import SLACK
 from retime.search.poses.references import Reference
 from retime.search.result import GuidedWarp
 from retime.search.score import triple_scores
@@ -298,8 +299,9 @@ def test_keys_are_read_in_any_unit_and_order() -> None:
 )
 def test_the_heuristic_reports_its_excess(options: dict[str, object]) -> None:
     excesses = []
-    for seed in range(3):
+    for seed, slack in itertools.product(range(3), (SLACK, 0, None)):
         session = Session(curve(200, seed=seed))
+        session.slack = slack
         best = session.solve(length="65%", **options)
         found = session.solve(length="65%", search="heuristic", **options)
         assert found.total >= best.total

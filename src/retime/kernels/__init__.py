@@ -91,6 +91,9 @@ class PathProblem:
         The last anchor stands in a position from its own to this one.
     start_cost, end_cost : float arrays, shape (n_steps,)
         Added for the first and the last step; ``inf`` forbids it.
+    band : int array, shape (last_position_max + 1, 2), optional
+        For each position the first and the last frame at which the path may stand there; only the layered recurrence
+        keeps to it.
     """
 
     scores: FloatArray
@@ -100,6 +103,7 @@ class PathProblem:
     last_position_max: int
     start_cost: FloatArray
     end_cost: FloatArray
+    band: IntArray | None = None
 
     __repr__ = brief_repr
 

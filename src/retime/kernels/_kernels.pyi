@@ -64,6 +64,7 @@ def layered_path(
     last_position_max: int,
     start_cost: FloatArray,
     end_cost: FloatArray,
+    band: IntArray,
     memory_limit: int,
     /,
 ) -> tuple[IntArray, float] | None: ...

@@ -19,6 +19,8 @@ _MANY = 64_000
 _BLOCK = 64
 # Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
 _LOST_VARIANCE = 0.002
+# Stands for a band that there is not.
+_ANY = np.zeros((0, 2), dtype=np.int64)
 # Bytes of costs that a search in step with a reference makes at once.
 _ALIGNED_COSTS = 64 << 20
 
@@ -137,6 +139,7 @@ def layered_path(problem: PathProblem, memory_limit: int) -> tuple[IntArray, flo
         problem.last_position_max,
         problem.start_cost,
         problem.end_cost,
+        _ANY if problem.band is None else problem.band,
         memory_limit,
     )
 

@@ -30,6 +30,9 @@ struct PathProblem {
     int64_t last_position_max;
     const double* start_cost;
     const double* end_cost;
+    // For each position the first and the last frame at which the path may stand there; null: any. For the layered
+    // recurrence alone.
+    const int64_t* band = nullptr;
 };
 
 struct Path {

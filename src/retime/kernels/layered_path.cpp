@@ -63,6 +63,10 @@ class Layers {
                              std::min(from.frame + longest * (p - from.position),
                                       to.frame - shortest * std::max<int64_t>(0, to.position - p))};
         }
+        if (problem.band)
+            for (size_t p = 0; p < bands_.size(); ++p)
+                bands_[p] = {std::max(bands_[p].low, problem.band[2 * p]),
+                             std::min(bands_[p].high, problem.band[2 * p + 1])};
         for (const Band& band : bands_) widest_ = std::max(widest_, band.size());
     }
 

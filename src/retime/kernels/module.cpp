@@ -89,11 +89,13 @@ NB_MODULE(_kernels, m) {
     });
 
     m.def("layered_path", [](Doubles scores, Integers steps, Integers positions, Integers frames,
-                             int64_t last_position_max, Doubles start_cost, Doubles end_cost, size_t memory_limit) {
+                             int64_t last_position_max, Doubles start_cost, Doubles end_cost, Integers band,
+                             size_t memory_limit) {
         const auto pairs = steps_of(steps);
         const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(),     scores.shape(0),   pairs,          anchors,
-                                          last_position_max, start_cost.data(), end_cost.data()};
+        const retime::PathProblem problem{scores.data(),     scores.shape(0),   pairs,           anchors,
+                                          last_position_max, start_cost.data(), end_cost.data(),
+                                          band.size() ? band.data() : nullptr};
         retime::Path path;
         {
             nb::gil_scoped_release unlocked;

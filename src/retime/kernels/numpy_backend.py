@@ -309,8 +309,16 @@ def _layered(
     n_input, n_steps = len(problem.scores), problem.steps.n_steps
     end_frame, first_end = n_input - 1, int(problem.positions[-1])
     anchors = dict(zip(problem.positions[:-1].tolist(), problem.frames[:-1].tolist(), strict=True))
+
+    def keep(cost: FloatArray, position: int) -> None:
+        _keep(cost, anchors.get(position))
+        if problem.band is not None:
+            low, high = problem.band[position].tolist()
+            cost[: max(low, 0)] = np.inf
+            cost[max(high + 1, 0) :] = np.inf
+
     cost = _first_steps(problem)
-    _keep(cost, anchors.get(1))
+    keep(cost, 1)
 
     block = max(1, last - 1)
     if n_input * n_steps * block > memory_limit:
@@ -330,7 +338,7 @@ def _layered(
         if (q - 1) % block == 0:
             checkpoints.append(cost)
         cost = _advance(scores_at(q), steps, cost, won[(q - 1) % block])
-        _keep(cost, anchors.get(q + 1))
+        keep(cost, q + 1)
     if not total < np.inf:
         return None
 
@@ -344,7 +352,7 @@ def _layered(
             cost = checkpoints[part]
             for q in range(start, p):
                 cost = _advance(scores_at(q), steps, cost, won[q - start])
-                _keep(cost, anchors.get(q + 1))
+                keep(cost, q + 1)
         for q in range(p, start, -1):
             j = k - int(steps[step])
             step, k = int(won[q - 1 - start, j, step]), j

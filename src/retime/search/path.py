@@ -62,6 +62,7 @@ def shortest_path(
     start_cost: ArrayLike | None = None,
     end_cost: ArrayLike | None = None,
     search: str = "priced",
+    band: ArrayLike | None = None,
     use: Backend | None = None,
     memory_limit: int = MEMORY_LIMIT,
 ) -> FramePath:
@@ -88,6 +89,9 @@ def shortest_path(
         Both exact, with the same result: the priced search is nearly linear and falls back to the layered
         recurrence of the paper in its worst case; the recurrence is the yardstick. A backend without the priced
         search uses the recurrence.
+    band : int array, shape (n_output, 2), optional
+        For each output position the first and the last frame that may be shown there: the best of the paths within,
+        by the layered recurrence. The length is given.
     use : Backend, optional
         The kernels to use. Left out: the fastest that is installed.
     memory_limit : int
@@ -132,6 +136,7 @@ def shortest_path(
         return _as_path(found, scores, steps, None, "free")
 
     pairs, most = _with_ends(pairs, *lengths, n_input, steps)
+    within = None if band is None else _as_band(band, lengths)
     problem = PathProblem(
         scores,
         steps,
@@ -140,8 +145,9 @@ def shortest_path(
         most - 1,
         start,
         end,
+        within,
     )
-    if search == "priced":
+    if search == "priced" and within is None:
         priced = kernels.priced_path(problem, limit)
         if priced is not None and not priced.gave_up:
             return _as_path(priced.path, scores, steps, priced.lower_bound, "priced")
@@ -202,6 +208,16 @@ def _as_costs(name: str, costs: ArrayLike | None, steps: StepPairs) -> FloatArra
         raise OptionError(
             f"{name} must be numbers, or inf where a step is forbidden: found {array[bad[0]]} for a step of "
             f"{steps.steps[bad[0]]}"
+        )
+    return array
+
+
+def _as_band(band: ArrayLike, lengths: tuple[int, int]) -> IntArray:
+    array = np.ascontiguousarray(band, dtype=np.int64)
+    if lengths[0] != lengths[1] or array.shape != (lengths[0], 2):
+        raise OptionError(
+            f"a band must have shape (n_output, 2), for a given length; found {array.shape} for {lengths[0]} to "
+            f"{lengths[1]} frames"
         )
     return array
 

@@ -31,7 +31,7 @@ from retime.search.content import content_prices
 from retime.search.inputs import as_clips, as_references
 from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes, refuse_single_frame
 from retime.search.methods.exact import PathTask, exact_path
-from retime.search.methods.heuristic import COARSE_RATE, heuristic_path
+from retime.search.methods.heuristic import COARSE_RATE, SLACK, coarse_reduction, heuristic_path
 from retime.search.methods.loop import check_loop, loop_path
 from retime.search.path import FramePath
 from retime.search.path_curve import knots_of_path, smooth_steps
@@ -116,6 +116,8 @@ class Session:
         self._models: dict[float, Model] = {}
         self.n_reference = sum(len(track.at_rate(self.rate, self.low_pass)) for track in self._reference_tracks)
         self._model = self._model_at(self.rate)
+        # How the heuristic is read: as a band so wide about its coarse path, or (None) as keytimes.
+        self.slack: int | None = SLACK
         self._table: ScoreTable | None = None
         self._tempo: Tempo | None = None
         self._flights = None if flights is None else _read_flights(flights, self.motion)
@@ -320,9 +322,19 @@ class Session:
                 coarse = self._tracks.at(plan.reduction.input_times[frames], self.low_pass)
                 steps = StepPairs.up_to(max_skip)
                 scores = self._triples(coarse, steps, self._coarse_model(self.rate / every))
+                request = plan.request
+                if request.evenness > 0 or request.keep_flights > 0:
+                    prices = tempo_prices(
+                        self.tempo,
+                        coarse_reduction(plan.reduction, frames, every),
+                        steps,
+                        evenness=request.evenness,
+                        keep_flights=request.keep_flights,
+                    )
+                    scores += prices[:, steps.after]
                 return scores.reshape(-1, max_skip, max_skip)
 
-            return heuristic_path(replace(task, search="priced"), every, coarse_scores)
+            return heuristic_path(replace(task, search="priced"), every, coarse_scores, slack=self.slack)
         if not plan.request.loop:
             return exact_path(task), None
         seam = self._seam_costs(task, poses)

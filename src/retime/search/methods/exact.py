@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from retime.arrays import FloatArray
+from retime.arrays import FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.kernels import StepPairs
 from retime.search.path import FramePath, shortest_path
@@ -51,8 +51,9 @@ class PathTask:
         *,
         start_cost: FloatArray | None = None,
         end_cost: FloatArray | None = None,
+        band: IntArray | None = None,
     ) -> FramePath:
-        """Find the best path through anchors (the plan's, where none are given).
+        """Find the best path through anchors (the plan's, where none are given), and within a band where there is one.
 
         Raises
         ------
@@ -68,6 +69,7 @@ class PathTask:
             start_cost=start if start_cost is None else start_cost,
             end_cost=end if end_cost is None else end_cost,
             search=self.search,
+            band=band,
         )
 
 

@@ -1,4 +1,9 @@
-"""The paper's search from coarse to fine (§3.3): a path at 5 Hz sets keytimes for the full rate."""
+"""The paper's search from coarse to fine (§3.3): a path at 5 Hz says where the full rate looks for its own.
+
+The paper takes the coarse path for keytimes, and says that it "eventually performs a pruned search at full resolution".
+There are two readings: keytimes that the fine path must meet, or a band around the coarse path that it must not leave.
+The second gives away far less (docs/method.md), and is what the option means.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +19,17 @@ from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.search.methods.exact import PathTask
 from retime.search.path import FramePath, shortest_path
+from retime.search.reduction import Reduction
 from retime.search.wishes.feasible import steps_fit
 
 # Analysis rate of the paper's coarse search, Hz.
 COARSE_RATE = 5.0
+# Steps of the coarse grid by which the fine path may leave the coarse one.
+SLACK = 3
 
 
 def heuristic_path(
-    task: PathTask, every: int, coarse_scores: Callable[[IntArray, int], FloatArray]
+    task: PathTask, every: int, coarse_scores: Callable[[IntArray, int], FloatArray], *, slack: int | None = SLACK
 ) -> tuple[FramePath, float]:
     """Find a path from coarse to fine.
 
@@ -33,6 +41,8 @@ def heuristic_path(
         About every so many frames belong to the coarse grid.
     coarse_scores : function of (unrolled frames, max_skip)
         Scores the triples of the coarse grid.
+    slack : int, optional
+        How many steps of the coarse grid the path may be off the coarse one; None: that is keytimes, to be met.
 
     Returns
     -------
@@ -65,11 +75,40 @@ def heuristic_path(
             "search='priced' (--search priced)",
             option="search",
         ) from error
-    found = zip(positions.tolist(), frames[coarse.frames].tolist(), strict=True)
-    path = task.through(_with_feasible(plan.anchors, list(found), plan.allowed))
+    found = frames[coarse.frames]
+    if slack is None:
+        keys = list(zip(positions.tolist(), found.tolist(), strict=True))
+        path = task.through(_with_feasible(plan.anchors, keys, plan.allowed))
+    else:
+        path = _within_band(task, positions, found, slack * every)
     best = task.through()
     excess = (path.total - best.total) / best.total if best.total > 0 else 0.0
     return replace(path, lower_bound=best.lower_bound, optimal=path.total <= best.total, search="heuristic"), excess
+
+
+def _within_band(task: PathTask, positions: IntArray, frames: IntArray, slack: int) -> FramePath:
+    """Find the best path that is never farther than `slack` frames from the coarse step that it is beside."""
+    n_output, n_input = int(positions[-1]) + 1, task.plan.reduction.n_input
+    at = np.arange(n_output)
+    before = np.clip(np.searchsorted(positions, at, side="right") - 1, 0, len(positions) - 1)
+    after = np.searchsorted(positions, at, side="left")
+    while True:
+        band = np.stack([frames[before] - slack, frames[after] + slack], axis=1)
+        for position, frame in task.plan.anchors:
+            band[position] = min(band[position, 0], frame), max(band[position, 1], frame)
+        try:
+            return task.through(band=band)
+        except InfeasibleWarpError:
+            # Locks and limits may ask for more than the coarse path knew of.
+            if slack >= n_input:
+                raise
+            slack = max(1, 2 * slack)
+
+
+def coarse_reduction(reduction: Reduction, frames: IntArray, every: int) -> Reduction:
+    """Return what the coarse search is offered: these frames of a reduction, at a lower rate."""
+    places = tuple(_nearest(frames, frame) for frame in reduction.frames)
+    return replace(reduction, frames=places, input_times=reduction.input_times[frames], rate=reduction.rate / every)
 
 
 def _coarse_grid(n_frames: int, every: int) -> IntArray:
