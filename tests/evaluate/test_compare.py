@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 
 from retime import MissingExtraError, OptionError, Warp, compare_warps, guided_warp, linear_warp, sample
-from tests.warp.test_curve import warps
+from tests.warp.drawn import warps
 
 CLIP = sample()
 
