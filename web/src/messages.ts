@@ -328,6 +328,8 @@ export interface Curve {
   readonly analysis_rate: number;
   readonly max_skip: number;
   readonly upsample: number;
+  readonly evenness: number;
+  readonly keep_flights: number;
   readonly total: number | null;
   readonly lower_bound: number | null;
   readonly optimal: boolean;

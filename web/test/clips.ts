@@ -37,6 +37,8 @@ export const CURVE: Curve = {
   analysis_rate: 10,
   max_skip: 8,
   upsample: 1,
+  evenness: 0,
+  keep_flights: 0,
   total: 1,
   lower_bound: 1,
   optimal: true,

@@ -109,6 +109,8 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
         analysis_rate=rate if search is None else search.rate,
         max_skip=0 if search is None else search.max_skip,
         upsample=0 if search is None else search.upsample,
+        evenness=0.0 if search is None else search.plan.request.evenness,
+        keep_flights=0.0 if search is None else search.plan.request.keep_flights,
         total=None if search is None else search.total,
         lower_bound=None if search is None else search.path.lower_bound,
         optimal=search is not None and search.path.optimal,

@@ -459,6 +459,8 @@ class Curve:
         Of `costs`, Hz.
     max_skip, upsample : int
         As the search used them; 0 where there was none.
+    evenness, keep_flights : float
+        The same: what holds where nobody says it depends on the clip.
     total, lower_bound : float, optional
         The sum of the costs, and what no path undercuts.
     optimal : bool
@@ -484,6 +486,8 @@ class Curve:
     analysis_rate: float
     max_skip: int
     upsample: int
+    evenness: float
+    keep_flights: float
     total: float | None
     lower_bound: float | None
     optimal: bool

@@ -115,22 +115,34 @@ function within<T extends Value>(value: T, { least, most, unit }: Option, read: 
   throw new GrammarError(`expected a number ${bounds}${unit && ` ${unit}`}, found '${value}'`);
 }
 
+/** What the search used of an option that the document leaves open. */
+function usedOf({ store }: Side, option: Option): number {
+  const used = store.curve as Partial<Record<string, unknown>> | null;
+  const value = used?.[option.name];
+  return typeof value === "number" ? value : 0;
+}
+
 function sliderControl(side: Side, option: Option, [most, step]: readonly [number, number], give: Give): Control {
   // What is small needs fine steps: the slider moves by the root of the value.
   const square = option.curve === "square";
   let gesture = "";
-  const row = slider(option.label, hintOf(option), { min: 0, max: most, step }, (place, done) => {
-    // The moves of one drag are one step to undo.
-    gesture ||= side.connection.newGesture();
-    give(square ? place ** 2 : place, gesture, done);
-    if (done) gesture = "";
-  });
+  const row = slider(
+    option.label,
+    hintOf(option, ...(option.default === null ? [`Else: ${option.usual}`] : [])),
+    { min: 0, max: most, step },
+    (place, done) => {
+      // The moves of one drag are one step to undo.
+      gesture ||= side.connection.newGesture();
+      give(square ? place ** 2 : place, gesture, done);
+      if (done) gesture = "";
+    },
+  );
   const { root, blame } = blamable(row.row, row.input);
   return {
     root,
     blame,
     show(given) {
-      const value = Number(given ?? option.default);
+      const value = Number(given ?? option.default ?? usedOf(side, option));
       row.show(square ? Math.sqrt(value) : value, value.toFixed(2));
     },
   };
