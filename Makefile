@@ -16,7 +16,8 @@ VENV_WORKS := $(shell $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 11))
 # The editor's page: a bundle that npm builds. Without npm there is all but that.
 PAGE := src/retime/server/page/index.html
 MODULES := web/node_modules/.made
-SCRIPTS := $(shell find web -path web/node_modules -prune -o -type f -print 2>/dev/null)
+LINTER := web/lint/node_modules/.made
+SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -prune -o -type f -print 2>/dev/null)
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
@@ -44,7 +45,7 @@ test: $(INSTALLED)  ## Run the tests, and the examples in docstrings and docs
 
 check: format lint types scripts test  ## Run everything that must pass before a change lands
 
-format: $(LOCKED) $(if $(NPM_WORKS),$(MODULES))
+format: $(LOCKED) $(if $(NPM_WORKS),$(LINTER))
 	$(PY) -m ruff format --check
 	$(VENV)/bin/clang-format --dry-run --Werror $(filter src/%,$(KERNELS))
 	$(if $(NPM_WORKS),npm --prefix web run format)
@@ -57,8 +58,9 @@ types: $(LOCKED)
 
 # The page's own types, lint and tests.
 ifeq ($(NPM_WORKS),yes)
-scripts: $(MODULES)
+scripts: $(MODULES) $(LINTER)
 	npm --prefix web run check
+	npm --prefix web run lint
 	npm --prefix web test
 else
 scripts:
@@ -100,7 +102,7 @@ lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the ne
 	$(subst compile pyproject.toml,compile --group core,$(UV_LOCK)) --output-file requirements/core.txt
 
 clean:  ## Remove all that was made, .venv too
-	rm -rf $(VENV) build dist out .mypy_cache .ruff_cache .pytest_cache .hypothesis web/node_modules $(dir $(PAGE))
+	rm -rf $(VENV) build dist out .mypy_cache .ruff_cache .pytest_cache .hypothesis web/node_modules web/lint/node_modules $(dir $(PAGE))
 
 # A checkout that was moved, or whose Python is gone, has a .venv that does not run: make it anew.
 ifeq ($(VENV_WORKS),yes)
@@ -134,8 +136,9 @@ $(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
 		print("Installed with the", "C++" if compiled_available() else "NumPy", "backend")'
 	@touch $@
 
-$(MODULES): web/package.json web/package-lock.json
-	npm --prefix web ci --no-audit --no-fund --loglevel=error
+# The linter is a package of its own: who builds the page alone, with pip too, does not fetch its 97 MB.
+$(MODULES) $(LINTER): %/node_modules/.made: %/package.json %/package-lock.json
+	npm --prefix $* ci --no-audit --no-fund --loglevel=error
 	@touch $@
 
 $(PAGE): $(MODULES) $(SCRIPTS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import sys
 from dataclasses import dataclass
@@ -151,3 +152,9 @@ def test_an_older_page_is_better_than_none(tree: Tree, capfd: pytest.CaptureFixt
     backend().make_page(tree.root)
     assert tree.texts() == dict.fromkeys(FILES, "old")
     assert "older than its sources: npm was not found" in capfd.readouterr().err
+
+
+def test_the_linter_is_not_among_what_a_build_fetches() -> None:
+    for name in ("web/package-lock.json", "web/lint/package-lock.json"):
+        fetched = [path for path in json.loads((ROOT / name).read_text())["packages"] if "biome" in path]
+        assert bool(fetched) == ("lint" in name)
