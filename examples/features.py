@@ -186,6 +186,14 @@ def double() -> dict[str, retime.Warp]:
     return {"linear": retime.linear_warp(result.warp.keytimes), "align": result.warp}
 
 
+def takes() -> dict[str, retime.Warp]:
+    """Draw four natural timings of one clip."""
+    found = retime.variants(CLIP, 4, seed=2)
+    lengths = [take.warp.output_span for take in found]
+    assert len(set(lengths)) == 4
+    return {f"take {number}": take.warp for number, take in enumerate(found, start=1)}
+
+
 def loop() -> dict[str, retime.Warp]:
     """Keep a cycle a cycle: first and last speed agree."""
     closed = retime.guided_warp(CYCLE, length="80%", loop=True).warp
@@ -345,6 +353,7 @@ FEATURES: dict[str, tuple[Callable[[], dict[str, retime.Warp] | None], retime.Mo
     "free": (free_length, CLIP),
     "imitate": (propagate, CLIP),
     "align": (double, CLIP),
+    "variants": (takes, CLIP),
     "loop": (loop, CYCLE),
     # Its clip is a capture, which is not this repository's to show.
     "skeleton": (another_skeleton, None),

@@ -21,13 +21,14 @@ This is what `retime --help` and the help of each command print. Made by `tools/
 JSON = """\
 ## The JSON of `retime warp --json` and `retime imitate --json`
 
-One object on one line. Without a search (`--method linear` or `spline`) its numbers are null.
+One object on one line; with `--variants`, one for each. Without a search (`--method linear`, `spline`) its numbers are null.
 
 | key | meaning |
 |---|---|
-| `method` | `guided`, `linear` or `spline` |
+| `method` | `guided`, `align`, `linear` or `spline` |
 | `input`, `references` | the files read; no references where the clip is its own, the saved warp for `imitate` |
 | `example` | of `imitate` only: the frames retimed by hand, as given |
+| `variant` | with `--variants` only, where each has a line: its number, from 1 |
 | `input_frames`, `input_rate`, `input_seconds` | frames used of the input, rate in Hz, and length: frames / rate |
 | `output_frames`, `output_rate`, `output_seconds` | the same of the output |
 | `n_input`, `n_output`, `n_reference` | frames offered to the search, selected, and imitated, at the analysis rate |

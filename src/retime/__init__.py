@@ -7,7 +7,7 @@ What moves
 Find a warp
     `guided_warp` (the one call most people need), `GuidedWarp`, `Session` (solve again and again),
     `align` (in step with a reference), `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`,
-    `Lock`, `Keytime`, `linear_warp`, `spline_warp`
+    `Lock`, `Keytime`, `variants` (other timings of one clip), `linear_warp`, `spline_warp`
 Use a warp
     `Warp`, `apply_warp`
 Feet that stand
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from retime.search.poses.spaces import PoseOptions
     from retime.search.result import GuidedWarp
     from retime.search.session import Session
+    from retime.search.variants import variants
     from retime.search.wishes.locks import Lock
     from retime.warp.apply import apply_warp
     from retime.warp.curve import Warp
@@ -104,6 +105,7 @@ _HOMES = {
     "guided_warp": "retime.search.guided",
     "linear_warp": "retime.warp.spline",
     "spline_warp": "retime.warp.spline",
+    "variants": "retime.search.variants",
 }
 
 __version__ = "0.1.0"
@@ -144,6 +146,7 @@ __all__ = [
     "retimed_slip",
     "sample",
     "spline_warp",
+    "variants",
     "write",
     "write_warp",
 ]

@@ -15,6 +15,7 @@ from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_options import OutputOptions, output_options
 from retime.cli.search_options import flags_of, search_arguments, search_options
 from retime.cli.terminal import Stages
+from retime.cli.variants import LENGTHS, VariantOptions, read_count, read_lengths, read_seed
 from retime.cli.wish_options import NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
 from retime.errors import OptionError
 from retime.motion.grammar import WrittenKey, parse_frame_range, parse_number
@@ -48,6 +49,9 @@ class _Request:
     keys: tuple[WrittenKey, ...]
     method: str
     repeat: float | None
+    variants: int | None
+    seed: int | None
+    lengths: tuple[float, float] | None
     group: bool
     search: dict[str, Any]
     wishes: WishOptions
@@ -55,6 +59,7 @@ class _Request:
 
     def check(self) -> None:
         """Refuse, before anything is read, what can't end well."""
+        self._check_variants()
         if self.method == "align":
             self._check_align()
         elif self.repeat is not None:
@@ -98,7 +103,39 @@ class _Request:
             raise OptionError("--group finds one warp on several clips: name the others with --also CLIP=OUT")
         if self.group and self.reference:
             raise OptionError("--group moves like itself: it can't be combined with --reference")
-        self.outputs.check(self.clip, [self.clip_options.skeleton, *self._map_files(), *self.reference])
+        inputs = [self.clip_options.skeleton, *self._map_files(), *self.reference]
+        for outputs in self.places:
+            outputs.check(self.clip, inputs)
+
+    @property
+    def many(self) -> VariantOptions | None:
+        """The variants that are asked for; None where it is one warp."""
+        if self.variants is None:
+            return None
+        return VariantOptions(self.variants, self.seed or 0, self.lengths or LENGTHS)
+
+    @property
+    def places(self) -> list[OutputOptions]:
+        """Where each warp goes."""
+        return [self.outputs] if self.many is None else self.many.outputs(self.outputs)
+
+    def _check_variants(self) -> None:
+        """Refuse what variants draw themselves."""
+        if self.variants is None:
+            for option, given in (("--seed", self.seed), ("--lengths", self.lengths)):
+                if given is not None:
+                    raise OptionError(f"{option} is for --variants N")
+            return
+        if self.method != "guided":
+            raise OptionError(f"--variants are guided warps: not with --method {self.method}")
+        refused = ["--key"] * bool(self.keys) + ["--group"] * self.group + ["--also"] * bool(self.outputs.also)
+        refused += flags_of(
+            name for name in self.search if name in ("length", "min_length", "max_length", "free_weight")
+        )
+        if refused:
+            raise OptionError(
+                f"{', '.join(refused)} can't be combined with --variants, which have lengths and keys of their own"
+            )
 
     def _check_align(self) -> None:
         """Refuse what keeping step has no use for."""
@@ -193,6 +230,33 @@ _EXAMPLES = (
     default_text="1",
     help="With --method align: play the reference X times (a cycle of a walk, for a long walk).",
 )
+@click.option(
+    "--variants",
+    cls=Option,
+    section="Variants",
+    metavar="N",
+    callback=parsed(read_count),
+    help="Find N different natural timings, no two alike: lengths, keys, locks and weights are drawn. {n} in the name "
+    "of an output stands for a variant's number.",
+)
+@click.option(
+    "--seed",
+    cls=Option,
+    section="Variants",
+    metavar="S",
+    callback=parsed(read_seed),
+    default_text="0",
+    help="Another seed, other variants; the same one, the same.",
+)
+@click.option(
+    "--lengths",
+    cls=Option,
+    section="Variants",
+    metavar="LO..HI",
+    callback=parsed(read_lengths),
+    default_text="80%..120%",
+    help="The shortest and the longest of the variants.",
+)
 @search_options(length="as the input", beside=WISHES_BESIDE)
 @wish_options
 @reference_options
@@ -218,6 +282,14 @@ def command(**given: Any) -> None:
         others = [(request.clip_options.read(other), place) for other, place in request.outputs.also]
         references = _read_references(request, clip)
     hint_at_up(clip, request.clip_options.up)
+    if request.many is not None:
+        with stages.stage("search", "searching"):
+            takes = request.many.find(clip, {"reference": references or None, **_options(request, clip)})
+        for number, (take, outputs) in enumerate(zip(takes, request.places, strict=True), start=1):
+            found = FoundWarp(request.clip, clip, [], "guided", replace(take.warp, name=clip.name), take)
+            facts = {"references": [str(reference) for reference in request.reference], "variant": number}
+            deliver(found, outputs, stages, facts)
+        return
     with stages.stage("search", "searching"):
         warp, search = _find(request, [clip, *(other for other, _ in others)], references)
     found = FoundWarp(request.clip, clip, others, request.method, replace(warp, name=clip.name), search)
@@ -267,9 +339,7 @@ def _find(request: _Request, clips: list[AnyMotion], references: list[Reference]
     clip = clips[0]
     keys = [key.at(clip.rate) for key in request.keys]
     if request.method in ("guided", "align"):
-        options = search_arguments(request.search, clip.rate) | request.wishes.arguments(
-            clip.rate, request.search.get("features")
-        )
+        options = _options(request, clip)
         if request.method == "align":
             search = align(clip, references[0], repeat=request.repeat or 1.0, keys=keys, **options)
         else:
@@ -285,3 +355,9 @@ def _find(request: _Request, clips: list[AnyMotion], references: list[Reference]
     if request.method == "linear":
         return linear_warp(keytimes), None
     return spline_warp(keytimes, rate=float(clip.rate)), None
+
+
+def _options(request: _Request, clip: AnyMotion) -> dict[str, Any]:
+    """Return the options of the search as its functions take them."""
+    search = search_arguments(request.search, clip.rate)
+    return search | request.wishes.arguments(clip.rate, request.search.get("features"))
