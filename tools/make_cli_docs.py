@@ -21,8 +21,8 @@ This is what `retime --help` and the help of each command print. Made by `tools/
 JSON = """\
 ## The JSON of `retime warp --json` and `retime imitate --json`
 
-One object on one line; with `--variants`, one for each. Without a search (`--method linear` or `spline`) its numbers are
-null.
+One object on one line; with `--variants`, one for each. Without a search (`--method linear` or `spline`) its numbers
+are null.
 
 | key | meaning |
 |---|---|
