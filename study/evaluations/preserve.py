@@ -73,7 +73,7 @@ def preserve(
         at = subject.flights[0][0]
         keyed = session.solve(length=length, keys=[(at, beat)])
         versions.append(show.guided(keyed, f"its first take-off put on a beat, at {beat:g} s", "guided, keyed"))
-    versions.append(show.guided(before, "no price on tempo, the paper's longest step", "guided, without natural hurry"))
+    versions.append(show.guided(before, "no price on tempo, the paper's longest step", "guided, no hurry"))
     versions.append(show.guided(found, "two keytimes, its ends"))
     return Evaluation(key, title, about, clip, motion, tuple(versions), found, row, subject.flights, {"length": length})
 

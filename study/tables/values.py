@@ -31,7 +31,13 @@ def text_values(rows: Sequence[Row], evaluations: Sequence[Evaluation]) -> dict[
         for weight in ("neutral", "sum"):
             found[f"length-{weight}"] = number(default.mean("length_ratio", length=weight), 0, " %")
             found[f"log-speed-{weight}"] = number(default.mean("log_speed_error", length=weight))
-    excesses = [one.row.excess for one in evaluations if one.row.excess is not None]
-    if excesses:
-        found["excess"] = f"{min(excesses) * 100:.0f} to {max(excesses) * 100:.0f} %"
+    for name, excesses in (
+        ("excess", [one.row.excess for one in evaluations if one.row.excess is not None]),
+        (
+            "excess-keytimes",
+            [one.row.excess_as_keytimes for one in evaluations if one.row.excess_as_keytimes is not None],
+        ),
+    ):
+        if excesses:
+            found[name] = f"{min(excesses) * 100:.1f} to {max(excesses) * 100:.1f} %"
     return found

@@ -22,6 +22,7 @@ from retime.motion.flights import flights
 from retime.motion.kinematics import metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.skeleton import EndSite, Skeleton
+from tests.motion.leaps import hops, jumps, leaper, run, run_and_leap
 from tests.motion.strategies import skeletons
 from tests.motion.strides import strides
 from tests.motion.walkers import moved, renamed, scaled, walker
@@ -265,6 +266,25 @@ class TestStancesThatAreKnown:
         # From when the sole is down to the middle of the stance, when the heel leaves, and some of either side.
         assert 0.5 < found < 0.85
         assert found > precision_and_recall(motion, touches, swing_share=0.0)[1] + 0.08
+
+    @pytest.mark.parametrize("rate", [30, 60, 120])
+    @pytest.mark.parametrize(
+        ("plan", "options", "found_at_least"),
+        [
+            (jumps(0.3, 0.45, 0.6), {"arms": 0.4}, 0.95),
+            (jumps(0.45, 0.5, 0.4, ground=(0.4, 0.4, 0.0)), {}, 0.95),
+            (hops(0.2), {"speed": 0.8}, 0.85),
+            (run(0.22, 0.11), {"speed": 3.5, "lift": 0.35}, 0.8),
+            (run_and_leap(), {"speed": 4.0, "lift": 0.3}, 0.8),
+        ],
+        ids=["jumps", "boxes", "hops", "a run", "a leap"],
+    )
+    def test_feet_stand_between_flights_and_not_in_them(self, plan, options, found_at_least: float, rate: int) -> None:
+        for size, unit, noise in ((1.0, 1.0, 0.001), (0.6, 0.01, 0.0005), (1.2, 0.0564, 0.003)):
+            motion, aloft = leaper(plan, rate=rate, size=size, unit=unit, noise=noise, **options)
+            stands = contacts(motion).at_rest.any(axis=1)
+            assert (stands & ~aloft).sum() > 0.98 * stands.sum()
+            assert (stands & ~aloft).sum() > found_at_least * (~aloft).sum()
 
     def test_what_rolls_is_not_held_and_does_not_slip(self) -> None:
         motion, _ = strides(0.56)

@@ -95,7 +95,7 @@ def test_the_numbers_are_json_without_nan(written) -> None:
     document = json.loads(found.numbers.read_text(encoding="utf-8"), parse_constant=pytest.fail)
     assert document["evaluations"][0]["key"] == "V5"
     assert document["machine"].keys() == {"python", "processor", "cores", "processor time"}
-    assert document["values"].keys() == {"excess"}
+    assert document["values"].keys() == {"excess", "excess-keytimes"}
     assert document["tables"].keys() == {"V5", "sizes"}
     assert numbers(results)["settings"] == DEFAULTS
 

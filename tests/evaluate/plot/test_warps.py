@@ -201,6 +201,20 @@ class TestTellingWarpsApart:
         assert legend is not None
         assert [text.get_text() for text in legend.get_texts()] == ["walk", "walk 2", "linear", "warp"]
 
+    @pytest.mark.parametrize(
+        ("labels", "rows"), [(["a", "b", "c"], 1), (["a long name, one"] * 5, 2), (["guided"] * 2, 1)]
+    )
+    def test_the_legend_leaves_the_title_its_place(self, labels: list[str], rows: int) -> None:
+        warps = {f"{label} {i}": LINEAR for i, label in enumerate(labels)}
+        axes = axes_of(plot_warps(warps), "speed")
+        legend = axes.get_legend()
+        assert legend is not None
+        axes.figure.draw_without_rendering()
+        boxes = [text.get_window_extent() for text in legend.get_texts()]
+        assert len({round(box.y0) for box in boxes}) == rows
+        titles = [text for text in axes.figure.texts if text.get_text() == "Playback speed"]
+        assert [legend.get_window_extent().x0 > title.get_window_extent().x1 for title in titles] == [True]
+
     def test_a_method_keeps_its_pen_whatever_comes_before_it(self) -> None:
         def color(figure: Figure, label: str) -> object:
             return line_of(axes_of(figure, "speed"), label).get_color()

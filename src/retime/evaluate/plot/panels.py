@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,8 @@ _LANE, _LANE_STEP = 0.045, 0.055
 # Seconds of output beyond which curves are drawn thin, lest they fill the panel.
 _DENSE = 60.0
 _MOST_CHANNELS = 3
+# How many letters of a legend fit beside the title of the speed panel; a line's sample takes as much as some of them.
+_LEGEND_LETTERS, _LETTERS_A_LINE = 70, 7
 _CHANNEL_LINES: tuple[tuple[str, Any], ...] = (
     (style.NEAR, "solid"),
     ("#b45309", (0, (5, 1.5))),
@@ -96,15 +99,21 @@ def draw_speed(
         lines += axes.plot(*step_curve(warp, warp.slopes > _HELD, warp.slopes), label=label, **line)
         _draw_off_the_axis(axes, warp, pens[label], number)
     _draw_key_lines(axes, keytimes, start, end)
+    names = [shown(label, 18, legend=True) for label in warps][:6]
+    n_columns = len(names)
+    # Beside the panel's title there is room for so many letters; more of them take a second row.
+    if sum(len(name) + _LETTERS_A_LINE for name in names) > _LEGEND_LETTERS:
+        n_columns = math.ceil(len(names) / 2)
+        names = [shown(label, _LEGEND_LETTERS // n_columns - _LETTERS_A_LINE, legend=True) for label in warps][:6]
     legend = axes.legend(
         lines[:6],
-        [shown(label, 18, legend=True) for label in warps][:6],
+        names,
         loc="lower right",
         bbox_to_anchor=(1.01, 1.005 + above),
-        ncols=6,
+        ncols=n_columns,
         frameon=False,
         handlelength=3.4,
-        columnspacing=1.6,
+        columnspacing=1.6 if n_columns == len(names) else 0.7,
         borderaxespad=0.2,
     )
     for text in legend.get_texts():
