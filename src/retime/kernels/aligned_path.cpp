@@ -59,8 +59,7 @@ RETIME_INLINE void costs_body(const PaddedRows& q, const double* prices, const P
     }
 }
 
-RETIME_VERSIONS(void, costs,
-                (const PaddedRows& q, const double* prices, const Positions& at, size_t begin, size_t end),
+RETIME_VERSIONS(void, costs, (const PaddedRows& q, const double* prices, const Positions& at, size_t begin, size_t end),
                 (q, prices, at, begin, end))
 
 class AlignedCosts : public ScoresByPosition {
@@ -82,8 +81,9 @@ class AlignedCosts : public ScoresByPosition {
                 low = std::min(low, bands[q].low), high = std::max(high, bands[q].high);
             if (low <= high) {
                 const Positions positions{from_, to_, bands, table_.data()};
-                in_threads(static_cast<size_t>(low), static_cast<size_t>(high + 1), n_threads_,
-                           [&](size_t begin, size_t end) { RETIME_CALL(costs, rows_, prices_, positions, begin, end); });
+                in_threads(
+                    static_cast<size_t>(low), static_cast<size_t>(high + 1), n_threads_,
+                    [&](size_t begin, size_t end) { RETIME_CALL(costs, rows_, prices_, positions, begin, end); });
             }
         }
         return table_.data() + static_cast<size_t>(p - from_) * size_;

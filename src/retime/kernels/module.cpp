@@ -88,38 +88,37 @@ NB_MODULE(_kernels, m) {
         retime::nearest_poses(p, n_threads, out.data());
     });
 
-    m.def("layered_path", [](Doubles scores, Integers steps, Integers positions, Integers frames,
-                             int64_t last_position_max, Doubles start_cost, Doubles end_cost, Integers band,
-                             size_t memory_limit) {
-        const auto pairs = steps_of(steps);
-        const auto anchors = anchors_of(positions, frames);
-        const retime::PathProblem problem{scores.data(),     scores.shape(0),   pairs,           anchors,
-                                          last_position_max, start_cost.data(), end_cost.data(),
-                                          band.size() ? band.data() : nullptr};
-        retime::Path path;
-        {
-            nb::gil_scoped_release unlocked;
-            path = retime::layered_path(problem, memory_limit);
-        }
-        return to_python(std::move(path));
-    });
-
-    m.def("aligned_path",
-          [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration, Doubles prices,
-             Integers positions, Integers frames, Doubles start_cost, Doubles end_cost, int n_threads,
-             size_t memory_limit, size_t table_limit) {
+    m.def("layered_path",
+          [](Doubles scores, Integers steps, Integers positions, Integers frames, int64_t last_position_max,
+             Doubles start_cost, Doubles end_cost, Integers band, size_t memory_limit) {
               const auto pairs = steps_of(steps);
               const auto anchors = anchors_of(positions, frames);
-              const auto scores = problem(input, reference, pairs, velocity, acceleration, 1);
-              const retime::PathProblem path{prices.data(),           prices.shape(0),   pairs,          anchors,
-                                             anchors.back().position, start_cost.data(), end_cost.data()};
-              retime::Path found;
+              const retime::PathProblem problem{
+                  scores.data(),     scores.shape(0),   pairs,           anchors,
+                  last_position_max, start_cost.data(), end_cost.data(), band.size() ? band.data() : nullptr};
+              retime::Path path;
               {
                   nb::gil_scoped_release unlocked;
-                  found = retime::aligned_path(scores, path, n_threads, memory_limit, table_limit);
+                  path = retime::layered_path(problem, memory_limit);
               }
-              return to_python(std::move(found));
+              return to_python(std::move(path));
           });
+
+    m.def("aligned_path", [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration,
+                             Doubles prices, Integers positions, Integers frames, Doubles start_cost, Doubles end_cost,
+                             int n_threads, size_t memory_limit, size_t table_limit) {
+        const auto pairs = steps_of(steps);
+        const auto anchors = anchors_of(positions, frames);
+        const auto scores = problem(input, reference, pairs, velocity, acceleration, 1);
+        const retime::PathProblem path{prices.data(),           prices.shape(0),   pairs,          anchors,
+                                       anchors.back().position, start_cost.data(), end_cost.data()};
+        retime::Path found;
+        {
+            nb::gil_scoped_release unlocked;
+            found = retime::aligned_path(scores, path, n_threads, memory_limit, table_limit);
+        }
+        return to_python(std::move(found));
+    });
 
     m.def("priced_path", [](Doubles scores, Integers steps, Integers positions, Integers frames,
                             int64_t last_position_max, Doubles start_cost, Doubles end_cost, size_t max_bytes) {

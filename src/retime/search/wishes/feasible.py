@@ -163,7 +163,7 @@ class _Refusal:
             "max_skip": self.max_skip,
             "output_times": (before.output_time, after.output_time),
         }
-        into = self._asked(most) if least == most else f"{self._asked(least)} to {self._asked(most)}"
+        into = self._given() if least == most else f"{self._asked(least)} to {self._asked(most)}"
         where = f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s into {into}"
         if self.possible.least is None:
             return InfeasibleWarpError(f"{where}: {self._limits()} leave no way through. Loosen one.", **known)
@@ -203,6 +203,15 @@ class _Refusal:
     def _whole(self) -> bool:
         """Whether there is no keytime between the ends: the length can be changed then, which counts the last frame."""
         return len(self.reduction.keytimes) == 2 and self.last_frame > 0
+
+    def _given(self) -> str:
+        """Write the length that was asked for; the search counts it in its own frames, to the nearest one."""
+        before, after = self.reduction.keytimes[self.span : self.span + 2]
+        seconds = after.output_time - before.output_time
+        if self._whole:
+            n_frames = round(seconds / self.last_frame) + 1
+            return f"{n_frames}f ({n_frames * self.last_frame:.3f} s)"
+        return f"{round(seconds, 3):g} s"
 
     def _asked(self, n_steps: int, rounded: Callable[[float], int] = round) -> str:
         """Write how long so many steps take, as a person would ask for it."""
