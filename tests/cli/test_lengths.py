@@ -58,7 +58,8 @@ def test_one_clip_has_one_length_everywhere(run, rate: Fraction, asked: str, n_o
         # A row says its whole length, or that it shows a part of so much.
         rows = [text for text in drawn if text in (wanted, f"of {wanted}")]
         assert rows
-    with pytest.raises(retime.InfeasibleWarpError, match=re.escape(f" into {n_output}f ({n_output / float(clip.rate):.3f} s): ")):
+    asked_for = f" into {n_output}f ({n_output / float(clip.rate):.3f} s): "
+    with pytest.raises(retime.InfeasibleWarpError, match=re.escape(asked_for)):
         retime.guided_warp(clip, length=asked, max_skip=1, upsample=1)
 
 
