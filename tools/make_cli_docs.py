@@ -29,6 +29,8 @@ are null.
 | `method` | `guided`, `align`, `linear` or `spline` |
 | `input`, `references` | the files read; no references where the clip is its own, the saved warp for `imitate` |
 | `example` | of `imitate` only: the frames retimed by hand, as given |
+| `example_clip` | of `imitate` only: the clip in which they lie, where that is another; else null |
+| `coverage` | of `imitate` only: how much of the clip the example speaks for (below); null with `--paper` |
 | `variant` | with `--variants` only, where each has a line: its number, from 1 |
 | `input_frames`, `input_rate`, `input_seconds` | frames used of the input, rate in Hz, and length: frames / rate |
 | `output_frames`, `output_rate`, `output_seconds` | the same of the output |
@@ -43,6 +45,11 @@ are null.
 | `seconds` | time that each stage took |
 | `output`, `warp`, `plot`, `explain` | the files written; null where none was asked for |
 | `also` | the other clips' files |
+
+`coverage` holds the `share` of the clip that the example speaks for, from 0 to 1; `unspoken`, the stretches of which it
+says little, in input seconds; `closed`, whether its ends meet, and `period`, the seconds of the cycle that was found
+around it where they don't, or null; `tempo`, how many times as fast the clip moves as the one of the example; and
+`warnings`, in words.
 """
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from retime.brief import brief_repr
+from retime.errors import RetimeWarning
 from retime.evaluate.metrics.known_answer import WarpMatch, match_warps
 from retime.search.imitate import imitate
 from retime.search.poses.references import Reference
@@ -58,7 +60,10 @@ def _imitated(asked: Asked) -> Warp | None:
         return None
     first, last = answer.example
     hand = part_of(answer.truth, *(frame / float(answer.motion.rate) for frame in answer.example))
-    return imitate(answer.motion, (first, last + 1), hand, **asked.settings).warp
+    with warnings.catch_warnings():
+        # What it warns of, examples that are no cycle and clips that do more than their example, is the question here.
+        warnings.simplefilter("ignore", RetimeWarning)
+        return imitate(answer.motion, (first, last + 1), hand, **asked.settings).warp
 
 
 def _of_free_length(solve: Callable[[Asked], Warp]) -> Callable[[Asked], Warp | None]:
@@ -86,8 +91,9 @@ METHODS: dict[str, Callable[[Asked], Warp | None]] = {
     "guided, given length": _at_given_length,
 }
 """What is compared, by name: doing nothing; dynamic time warping to the reference, and to the reference played over and
-over; the guided warp at the length that it finds, the same asked for by `retime.imitate`, by the conditional score, and
-by the paper's plain sum; and at the right length. Each gives None for a case that it can't be asked."""
+over; the guided warp at the length that it finds; the hand's speed carried over by `retime.imitate`; the guided warp by
+the conditional score, and by the paper's plain sum; and at the right length. Each gives None for a case that it can't
+be asked."""
 
 
 @dataclass(frozen=True, eq=False)

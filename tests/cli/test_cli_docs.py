@@ -36,6 +36,7 @@ def test_the_page_names_every_key_of_the_json(run, clips) -> None:
     }
     warp = set(json.loads(run("warp", clips.csv, "--length", "80%", "--json", "--save", "hand.json").stdout))
     hand = ("--example", "0:59", "--warp", "hand.json")
-    assert set(json.loads(run("imitate", clips.csv, *hand, "--json").stdout)) == warp | {"example"} <= named
+    own = {"example", "example_clip", "coverage"}
+    assert set(json.loads(run("imitate", clips.csv, *hand, "--json").stdout)) == warp | own <= named
     variant = set(json.loads(run("warp", clips.csv, "--variants", "1", "--json").stdout))
-    assert warp | {"example"} | variant == named
+    assert warp | own | variant == named

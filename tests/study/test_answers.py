@@ -67,9 +67,10 @@ def test_the_sample_has_known_answers_that_the_method_finds() -> None:
     assert guided.inside.correlation > aligned.inside.correlation
 
 
-def test_imitating_one_jump_is_the_same_as_being_guided_by_it() -> None:
+def test_the_hands_speed_comes_nearer_than_being_guided_by_the_example() -> None:
     (found,) = answer_all(Library(Path("unused")), DEFAULTS, names=["sample, jump"])
     guided, imitated = found.attempt("guided, free"), found.attempt("imitate()")
     assert guided is not None
     assert imitated is not None
-    assert imitated.inside.correlation == pytest.approx(guided.inside.correlation, abs=0.02)
+    assert imitated.inside.correlation > max(0.95, guided.inside.correlation)
+    assert imitated.inside.length_ratio == pytest.approx(1.0, abs=0.02)

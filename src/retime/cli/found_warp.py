@@ -161,6 +161,8 @@ def _say_summary(found: FoundWarp, outputs: OutputOptions) -> None:
                 f"{search.max_skip}{upsampled} at {search.rate:g} Hz",
             )
         )
+    if search is not None and search.example is not None:
+        rows.append(("example", summary.example_text(search.example)))
     rows.append(("speed", summary.speed_text(found.warp)))
     spans = flight_spans(clip)
     if spans:

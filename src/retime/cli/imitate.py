@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,7 +16,12 @@ from retime.cli.output_options import OutputOptions, output_options
 from retime.cli.search_options import search_arguments, search_options
 from retime.cli.terminal import Stages
 from retime.cli.wish_options import WISHES_BESIDE, WishOptions, wish_options
+from retime.errors import OptionError
 from retime.motion.grammar import WrittenKey, parse_frame_range
+from retime.motion.rate import parse_rate
+
+if TYPE_CHECKING:
+    from retime.search.example.reading import ExampleReading
 
 # As many digits as a range can have.
 _MANY_FRAMES = 10**15
@@ -27,10 +33,20 @@ def _range(text: str) -> str:
     return text
 
 
+# Where nobody says otherwise; what weighs scores does so with --paper only.
+_USUAL = {
+    "length": "free",
+    "smoothing": "3; 5 with --paper",
+    "upsample": "16 to 24 by what the hand played, 8 to 12 for takes beyond two minutes",
+    "max_skip": "twice unit speed, or more where the hand is faster",
+    **dict.fromkeys(("free_weight", "score", "evenness", "keep_flights", "content", "ends"), "with --paper only"),
+}
+
 _EXAMPLES = (
     "\b\nExamples\n"
     "  retime warp walk.bvh --frames 0:90 --length 60% --save hand.json\n"
     "  retime imitate walk.bvh --example 0:90 --warp hand.json -o quick.bvh\n"
+    "  retime imitate other.bvh --example 0:90 --example-clip walk.bvh --warp hand.json -o other_quick.bvh\n"
 )
 
 
@@ -61,7 +77,25 @@ _EXAMPLES = (
     required=True,
     help="The warp that those frames got, however it was made; its input time 0 is the example's first frame.",
 )
-@search_options(length="free", beside=WISHES_BESIDE)
+@click.option(
+    "--example-clip",
+    cls=Option,
+    section="Example",
+    metavar="FILE",
+    type=PATH,
+    default_text="CLIP",
+    help="The clip in which the example lies, where that is another; --example counts its frames. "
+    "--drop-first, --skeleton, --repair, --decimal-comma and --up hold for it too.",
+)
+@click.option(
+    "--example-fps",
+    cls=Option,
+    section="Example",
+    metavar="R",
+    callback=parsed(parse_rate),
+    help="Frames a second of that clip, in place of what its file declares.",
+)
+@search_options(usual=_USUAL, beside=WISHES_BESIDE)
 @wish_options
 @output_options
 def command(
@@ -70,6 +104,8 @@ def command(
     clip_options: ClipOptions,
     example: str,
     hand: Path,
+    example_clip: Path | None,
+    example_fps: Fraction | None,
     keys: tuple[WrittenKey, ...],
     search: dict[str, Any],
     wishes: WishOptions,
@@ -77,9 +113,12 @@ def command(
 ) -> None:
     """Give all of CLIP the timing that a stretch of it was given by hand.
 
-    The stretch, retimed by its warp, is the reference that the whole clip imitates.
+    Each moment of the clip is looked up in the stretch as it was, and plays as fast as the hand played what it found
+    there. With --paper the clip imitates the stretch as it is now, its absolute speeds included.
     """
-    outputs.check(clip, [clip_options.skeleton, hand])
+    if example_fps is not None and example_clip is None:
+        raise OptionError("--example-fps needs --example-clip")
+    outputs.check(clip, [clip_options.skeleton, hand, example_clip])
 
     from retime.formats.warp_file import read_warp
     from retime.search.imitate import imitate
@@ -89,12 +128,35 @@ def command(
         timing = read_warp(hand)
         motion = clip_options.read(clip)
         others = [(clip_options.read(other), place) for other, place in outputs.also]
-        stretch = parse_frame_range(example, motion.n_frames, motion.first_frame)
+        there = motion
+        if example_clip is not None:
+            shared = replace(clip_options, frames=None, fps=example_fps)
+            there = shared.read(example_clip)
+        stretch = parse_frame_range(example, there.n_frames, there.first_frame)
     hint_at_up(motion, clip_options.up)
     with stages.stage("search", "searching"):
         options = search_arguments(search, motion.rate) | wishes.arguments(motion.rate, search.get("features"))
         times = [key.at(motion.rate) for key in keys]
-        result = imitate(motion, stretch, timing, keys=times, **options)
+        other = None if example_clip is None else there
+        result = imitate(motion, stretch, timing, example_clip=other, keys=times, **options)
     warp = replace(result.warp, name=motion.name)
     found = FoundWarp(clip, motion, others, "guided", warp, result)
-    deliver(found, outputs, stages, {"references": [str(hand)], "example": example})
+    facts = {
+        "references": [str(hand)],
+        "example": example,
+        "example_clip": None if example_clip is None else str(example_clip),
+        "coverage": None if result.example is None else _coverage(result.example),
+    }
+    deliver(found, outputs, stages, facts)
+
+
+def _coverage(reading: ExampleReading) -> dict[str, Any]:
+    """Say in numbers how much of the clip the example speaks for."""
+    return {
+        "share": reading.share,
+        "unspoken": [list(span) for span in reading.unspoken],
+        "closed": reading.closed,
+        "period": reading.period,
+        "tempo": reading.tempo,
+        "warnings": list(reading.warnings),
+    }

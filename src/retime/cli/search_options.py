@@ -19,13 +19,13 @@ Influence = float | list[tuple[WrittenTime, float]]
 Decorator = Callable[[Callable[..., None]], Callable[..., None]]
 
 
-def search_options(*, length: str, beside: Mapping[str, tuple[Decorator, ...]] | None = None) -> Decorator:
+def search_options(*, usual: Mapping[str, str], beside: Mapping[str, tuple[Decorator, ...]] | None = None) -> Decorator:
     """Make a decorator that adds every option; the command gets those that were given as one dictionary ``search``.
 
     Parameters
     ----------
-    length : str
-        What help says of the length where none is given: the command's own default.
+    usual : mapping of str to str
+        What help says holds where an option is not given, by the option's name: the command's own defaults.
     beside : mapping of str to decorators
         Other options, by the name of the one that they follow in help.
     """
@@ -40,7 +40,7 @@ def search_options(*, length: str, beside: Mapping[str, tuple[Decorator, ...]] |
 
         made: list[Decorator] = []
         for option in OPTIONS:
-            made.append(_made(option, length))
+            made.append(_made(option, usual.get(option.name)))
             made += (beside or {}).get(option.name, ())
         command: Callable[..., None] = packed
         for decorator in reversed(made):
@@ -50,9 +50,10 @@ def search_options(*, length: str, beside: Mapping[str, tuple[Decorator, ...]] |
     return add
 
 
-def _made(option: Option, length: str) -> Decorator:
-    """Make click's option of a declaration."""
-    usual = length if option.name == "length" else "" if option.usual == "none" else option.default_words
+def _made(option: Option, usual: str | None) -> Decorator:
+    """Make click's option of a declaration; `usual` is the command's own default in words."""
+    if usual is None:
+        usual = "" if option.usual == "none" else option.default_words
     common: dict[str, Any] = {"cls": SectionedOption, "section": option.section, "help": option.help}
     if option.kind == "flag":
         turned = not option.default

@@ -11,10 +11,17 @@ from retime.evaluate.metrics import Spans
 from retime.motion.any_motion import AnyMotion
 from retime.motion.kinematics import global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
+from retime.search.example.reading import ExampleReading
 from retime.warp.curve import Warp
 
 # A playback speed this near to 1 counts as unit speed: nobody sees the difference.
 _UNIT = 0.01
+
+
+def example_text(reading: ExampleReading) -> str:
+    """Say how much of a clip an example speaks for, and where it does not."""
+    spans = ", ".join(f"{start:.2f}..{end:.2f}" for start, end in reading.unspoken)
+    return f"speaks for {reading.share:.0%} of the clip" + (f", not for input seconds {spans}" if spans else "")
 
 
 def idle_spans(motion: Motion) -> list[tuple[float, float]]:

@@ -257,7 +257,7 @@ _EXAMPLES = (
     default_text="80%..120%",
     help="The shortest and the longest of the variants.",
 )
-@search_options(length="as the input", beside=WISHES_BESIDE)
+@search_options(usual={"length": "as the input"}, beside=WISHES_BESIDE)
 @wish_options
 @reference_options
 @click.option(

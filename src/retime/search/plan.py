@@ -14,7 +14,7 @@ from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import StepPairs
 from retime.limits import MAX_STEP
-from retime.search.grid import choose_max_skip, choose_upsamples, natural_steps
+from retime.search.grid import HandGrid, choose_max_skip, choose_upsamples, hand_steps, natural_steps
 from retime.search.reduction import Reduction, nearest_frame, reduce_to_compression
 from retime.search.wishes.allowed import allowed_steps
 from retime.search.wishes.asked import Wishes
@@ -49,6 +49,8 @@ class Request:
         Weights of the price on tempo; 0 is none.
     natural : bool
         Hurry is shared out by a price on tempo, on the grid of steps that this needs.
+    hand : HandGrid, optional
+        A hand's speeds are to be followed, on the grid of steps that this needs.
     """
 
     keytimes: tuple[Keytime, ...]
@@ -61,6 +63,7 @@ class Request:
     evenness: float = 0.0
     keep_flights: float = 0.0
     natural: bool = False
+    hand: HandGrid | None = None
 
     @property
     def free(self) -> bool:
@@ -148,7 +151,9 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     if given_skip is not None and not 1 <= given_skip <= MAX_STEP:
         raise OptionError(f"max_skip must be from 1 to {MAX_STEP}, found {given_skip}", option="max_skip")
     chosen: Upsamples = (
-        choose_upsamples(request.keytimes, wishes, itself=itself, loop=request.loop, natural=request.natural)
+        choose_upsamples(
+            request.keytimes, wishes, itself=itself, loop=request.loop, natural=request.natural, hand=request.hand
+        )
         if request.upsample is None
         else request.upsample
     )
@@ -159,13 +164,14 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     def skip_for(reduction: Reduction) -> int:
         if given_skip is not None:
             return given_skip
-        return choose_max_skip(reduction, wishes, itself=itself, natural=request.natural)
+        return choose_max_skip(reduction, wishes, itself=itself, natural=request.natural, hand=request.hand)
 
     def attempt(reduction: Reduction, max_skip: int, **messages: Any) -> SearchPlan:
-        if request.natural and given_skip is None:
+        choose_few = hand_steps if request.hand is not None else natural_steps
+        if request.hand is not None or (request.natural and given_skip is None):
             # A few steps are enough, but where keytimes and locks stand close together.
             with contextlib.suppress(InfeasibleWarpError):
-                return planned(reduction, natural_steps(reduction, wishes, max_skip))
+                return planned(reduction, choose_few(reduction, wishes, max_skip))
         return planned(reduction, StepPairs.up_to(max_skip), **messages)
 
     def planned(reduction: Reduction, steps: StepPairs, **messages: Any) -> SearchPlan:

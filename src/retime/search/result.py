@@ -12,6 +12,7 @@ from retime.errors import OptionError
 from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts
 from retime.motion.signal import Signal
+from retime.search.example.reading import ExampleReading
 from retime.search.explain import Explanation, explain_path
 from retime.search.path import FramePath
 from retime.search.plan import SearchPlan
@@ -40,7 +41,8 @@ class GuidedWarp:
     tempo : Tempo or None
         How much the input moves and when it flies (`retime.search.wishes.tempo`); None where tempo had no price.
     tempo_prices : float array, shape (n_input, n_steps), or None
-        The price of each step from each unrolled frame.
+        The price of each step from each unrolled frame; where a hand's speeds were followed, what it costs to differ
+        from them.
     reduction : Reduction
         The unrolled input; of a free length with the length that was found.
     model : Model
@@ -63,6 +65,8 @@ class GuidedWarp:
         Whether it was searched as a cycle.
     end_costs : (float, float)
         What the first and the last step cost by themselves, beside the scores of triples.
+    example : ExampleReading, optional
+        What an example said of the input, where `retime.imitate` carried over the speeds of a hand.
     excess : float, optional
         For the heuristic search: by what share its total exceeds the optimum.
     matched : int array, shape (n_output - 2,), optional
@@ -90,6 +94,7 @@ class GuidedWarp:
     clips: tuple[AnyMotion, ...]
     loop: bool = False
     end_costs: tuple[float, float] = (0.0, 0.0)
+    example: ExampleReading | None = None
     excess: float | None = None
     matched: IntArray | None = None
     seconds: dict[str, float] = field(default_factory=dict)

@@ -253,14 +253,13 @@ class Session:
 
         Also returns the heuristic's excess, the prices on tempo, and what the first and the last step cost.
         """
-        neutral = plan.request.free and chosen["free_weight"] == "neutral" and not self.paper
-        weights = plan.request.evenness, plan.request.keep_flights
+        neutral = self._is_neutral(plan, chosen["free_weight"])
 
         def task_of(steps: StepPairs, costs: FloatArray) -> tuple[PathTask, FloatArray | None]:
-            add_smoothness(costs, chosen["smoothness"], plan.reduction, steps)
+            add_smoothness(costs, chosen["smoothness"], plan.reduction, steps, unit=self._smoothness_unit())
             if neutral:
                 weigh_neutral(costs, plan.reduction, steps)
-            tempo, first, last = None, np.zeros(steps.n_steps), np.zeros(steps.n_steps)
+            tempo, first, last = self._step_prices(plan, steps), np.zeros(steps.n_steps), np.zeros(steps.n_steps)
             if chosen["ends"]:
                 first, last = end_prices(scores, plan.reduction, steps, chosen["ends"])
             if chosen["content"]:
@@ -274,8 +273,7 @@ class Session:
                 )
                 costs += left_out[:, steps.after]
                 first = first + left_out[0]
-            if any(weights):
-                tempo = tempo_prices(self.tempo, plan.reduction, steps, evenness=weights[0], keep_flights=weights[1])
+            if tempo is not None:
                 costs += tempo[:, steps.after]
                 first = first + tempo[0]
             if plan.request.wishes.any:
@@ -299,6 +297,21 @@ class Session:
                 raise
         # Neighbouring speeds that lie near each other leave no way through: any may follow any.
         return found(*task_of(every, self._triples(poses, every, self._model)))
+
+    def _step_prices(self, plan: SearchPlan, steps: StepPairs) -> FloatArray | None:
+        """Return what each step costs where it begins, beside the scores, shape (n_input, n_steps); None: nothing."""
+        evenness, keep_flights = plan.request.evenness, plan.request.keep_flights
+        if not evenness and not keep_flights:
+            return None
+        return tempo_prices(self.tempo, plan.reduction, steps, evenness=evenness, keep_flights=keep_flights)
+
+    def _smoothness_unit(self) -> float | None:
+        """Return what a weight of 1 on changes of log-speed charges; None: the median score."""
+        return None
+
+    def _is_neutral(self, plan: SearchPlan, free_weight: str) -> bool:
+        """Whether scores are weighed so that a free length treats both clocks alike."""
+        return plan.request.free and free_weight == "neutral" and not self.paper
 
     def _loosened(self, plan: SearchPlan, scores: FloatArray, poses: FloatArray) -> tuple[StepPairs, FloatArray]:
         """Return a copy of the scores in which, at loose frames, any step may follow any."""
