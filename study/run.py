@@ -17,12 +17,13 @@ from study.clips.library import Library
 from study.defaults import DEFAULTS
 from study.evaluations.evaluation import Evaluation
 from study.evaluations.registry import EVALUATIONS
+from study.propagation.measure import Propagated, propagate_all
 from study.sets.measure import Played, play_sets
 from study.signals.ball import SignalResult, warp_signal
 from study.signals.camera import CameraResult, warp_camera
 from study.signals.curve import CurveResult, warp_curve
 
-PARTS = (*EVALUATIONS, "sets", "answers", "sensitivity", "signals")
+PARTS = (*EVALUATIONS, "sets", "answers", "propagation", "sensitivity", "signals")
 """What `run` can be asked for."""
 
 
@@ -38,6 +39,8 @@ class Results:
         Both sets of clips; empty where they were not asked for.
     answered : tuple of Answered
         Known answers; empty where they were not asked for.
+    propagated : tuple of Propagated
+        What came of each hand; empty where it was not asked for.
     sensitivity : tuple of Row
         One a setting; empty where it was not asked for.
     camera, curve, ball : CameraResult, CurveResult and SignalResult, optional
@@ -51,6 +54,7 @@ class Results:
     evaluations: tuple[Evaluation, ...]
     played: tuple[Played, ...]
     answered: tuple[Answered, ...]
+    propagated: tuple[Propagated, ...]
     sensitivity: tuple[Row, ...]
     camera: CameraResult | None
     curve: CurveResult | None
@@ -121,6 +125,10 @@ def run(
     if "answers" in parts:
         say("known answers")
         answered = tuple(answer_all(clips, DEFAULTS))
+    propagated: tuple[Propagated, ...] = ()
+    if "propagation" in parts:
+        say("propagation")
+        propagated = tuple(propagate_all(clips))
     rows: tuple[Row, ...] = ()
     if "sensitivity" in parts:
         say("sensitivity")
@@ -141,5 +149,14 @@ def run(
         "processor time": f"{time.process_time() - worked:.0f} s",
     }
     return Results(
-        tuple(evaluations), played, answered, rows, camera, curve, ball, time.perf_counter() - start, machine
+        tuple(evaluations),
+        played,
+        answered,
+        propagated,
+        rows,
+        camera,
+        curve,
+        ball,
+        time.perf_counter() - start,
+        machine,
     )

@@ -24,6 +24,7 @@ def numbers(results: Results) -> dict[str, Any]:
         "evaluations": [_evaluation_numbers(one) for one in results.evaluations],
         "sets": plain(results.played),
         "answers": plain(results.answered),
+        "propagation": plain(results.propagated),
         "sensitivity": plain(results.sensitivity),
         "camera": plain(results.camera),
         "curve": plain(results.curve),

@@ -52,6 +52,13 @@ _ABOUT = {
         "By how many frames (at 30 Hz) poses come too early or too late within each of those stretches; in brackets "
         "the length of the whole output, where it was not given, over the right one.",
     ),
+    "propagation": (
+        "Recovery outside the example",
+        "A hand retimed one stretch; the rest follows. How far apart left and right steps (flights and the rest, blows "
+        "and the rest) come in log-speed where the hand never was, over how far they should: 1 is all of it. Mean, and "
+        "the worst in brackets; the length of the output over the right one where it was free; and how much of the "
+        "clip the example was said to speak for.",
+    ),
     "sensitivity": (
         "What each choice is worth",
         "In-flight frames kept at exactly unit speed when eleven clips with jumps are shortened and lengthened (high "

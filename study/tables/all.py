@@ -7,6 +7,7 @@ from study.sets.measure import SETS
 from study.tables.answers import answer_times_table, answers_table
 from study.tables.choices import choices_table, losses_table
 from study.tables.figures import figures_table
+from study.tables.propagation import propagation_table
 from study.tables.sets import sets_table
 from study.tables.signals import signals_table
 from study.tables.sizes import sizes_table
@@ -24,6 +25,8 @@ def tables(results: Results) -> dict[str, Table]:
     if results.answered:
         found["answers"] = answers_table(results.answered)
         found["answer-times"] = answer_times_table(results.answered)
+    if results.propagated:
+        found["propagation"] = propagation_table(results.propagated)
     if results.sensitivity:
         found["sensitivity"] = choices_table(results.sensitivity)
         found["losses"] = losses_table(results.sensitivity)

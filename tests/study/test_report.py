@@ -107,5 +107,5 @@ def test_pictures_are_written_for_what_was_run(written) -> None:
 
 
 def test_a_study_of_nothing_has_no_tables() -> None:
-    empty = Results((), (), (), (), None, None, None, 0.0, {})
+    empty = Results((), (), (), (), (), None, None, None, 0.0, {})
     assert numbers(empty)["tables"] == numbers(empty)["values"] == {}
