@@ -154,6 +154,27 @@ class TestFlightsThatAreKnown:
                 local[:, joint] = turned[:, joint] - turned[:, parent]
         assert flights(replace(motion, rotations=rotation.identity(n_frames, len(rest)), translations=local)) == []
 
+    @pytest.mark.parametrize("seconds", [0.5, 0.7])
+    def test_a_leg_that_is_kicked_up_is_none(self, seconds: float) -> None:
+        # Up a step, and one leg up to the head and down again: the mean of the joints rises and falls, well off the
+        # lowest that anything was.
+        motion, _ = leaper([Phase(2.0, "both")], noise=0.0)
+        times = np.arange(motion.n_frames) / 120
+        share = np.clip((times - 0.7) / seconds, 0, 1)
+        rise = np.clip(np.minimum(times - 0.1, 2.0 - times) / 0.5, 0, 1)
+        stair = 0.18 * rise * rise * (3 - 2 * rise)
+        places = motion.positions + stair[:, None, None] * [0, 1, 0]
+        for name, height in (("LeftLeg", 0.8), ("LeftFoot", 1.6), ("LeftToe", 1.7)):
+            places[:, motion.skeleton.index(name), 1] += height * np.sin(np.pi * share) ** 2
+        local = places.copy()
+        for joint, parent in enumerate(motion.skeleton.parents):
+            if parent >= 0:
+                local[:, joint] = places[:, joint] - places[:, parent]
+        kick = replace(motion, translations=local)
+        mean = places[..., 1].mean(axis=1)
+        assert np.diff(mean, n=2).min() * 120**2 < -GRAVITY / 2
+        assert flights(kick) == []
+
     def test_a_handstand_has_none(self) -> None:
         motion, _ = leaper([Phase(3.0, "both")], noise=0.002)
         upside_down = motion.local_translations * [1, -1, 1]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from retime.motion.contacts import contacts
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
@@ -41,6 +43,14 @@ def flights(motion: Motion, *, clearance: float = 0.03, minimum: float = 0.06) -
     free = [off[f] and acceleration(f, lags[1]) < 9.81 / 4 for f in frames]
     hidden = round(0.06 * rate)
 
+    def most_fall(low: int, high: int) -> bool:
+        seconds = [(frame - low) / rate for frame in range(low, high + 1)]
+        bends = []
+        for joint in range(motion.skeleton.n_joints):
+            there = [float(poses.positions[frame, joint, 1]) * metres for frame in range(low, high + 1)]
+            bends.append(2 * float(np.polyfit(seconds, there, 2)[0]))
+        return float(np.median(bends)) < -9.81 / 2
+
     # Every fall long enough, widened.
     spans: list[tuple[int, int]] = []
     for first in frames:
@@ -67,4 +77,5 @@ def flights(motion: Motion, *, clearance: float = 0.03, minimum: float = 0.06) -
         if high - low + 1 >= max(2.0, minimum * rate)
         and max(clear[low : high + 1]) > clearance
         and sum(falls[low : high + 1]) >= (high - low + 1) / 2
+        and (high - low + 1 < max(4.0, 0.2 * rate) or most_fall(low, high))
     ]

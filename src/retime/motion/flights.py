@@ -26,6 +26,8 @@ _FREE = 0.5
 _PUSHED = 0.25
 # Seconds by which a fall is seen too late and given up too early, since accelerations are taken over some time.
 _HIDDEN = 0.06
+# Seconds from which a flight is long enough to tell from a leg that is kicked up and comes down.
+_LONG = 0.2
 # Falls of fewer seconds than this are noise.
 _LEAST_FALL = 0.02
 
@@ -38,7 +40,8 @@ def flights(motion: Moving, *, clearance: float = 0.03, minimum: float = 0.06) -
     yet, as long as nothing touches the ground, and the ground does not push. Something touches the ground where it is
     within 2 cm of the lowest that anything gets within three quarters of a second, or where a foot stands (see
     `retime.motion.contacts`). Falls less than six hundredths of a second apart are one flight: arms and legs that swing
-    may hide a fall for a moment, and no foot steps so fast.
+    may hide a fall for a moment, and no foot steps so fast. In a flight of a fifth of a second or more most of the
+    joints fall, not only their mean: who kicks a leg up high stands on the other.
 
     Parameters
     ----------
@@ -90,7 +93,10 @@ def flights(motion: Moving, *, clearance: float = 0.03, minimum: float = 0.06) -
         found += [
             (a, b - 1)
             for a, b in joined
-            if b - a >= max(2.0, minimum * rate) and clear[a:b].max() > clearance and 2 * falls[a:b].sum() >= b - a
+            if b - a >= max(2.0, minimum * rate)
+            and clear[a:b].max() > clearance
+            and 2 * falls[a:b].sum() >= b - a
+            and (b - a < max(4.0, _LONG * rate) or _most_fall(poses.positions[a:b, :, 1] * scale, rate))
         ]
     return found
 
@@ -99,6 +105,13 @@ def _accelerations(heights: FloatArray, lag: int, rate: float) -> FloatArray:
     """Second differences over `lag` frames to either side, per second squared."""
     padded = np.pad(heights, lag, mode="reflect", reflect_type="odd")
     return np.asarray((padded[2 * lag :] - 2 * padded[lag:-lag] + padded[: -2 * lag]) * (rate / lag) ** 2)
+
+
+def _most_fall(heights: FloatArray, rate: float) -> bool:
+    """Tell from their parabolas whether half of the joints fall freely; heights (n_frames, n_joints), metres."""
+    times = np.arange(len(heights)) / rate
+    parabolas = np.polynomial.polynomial.polyfit(times - times.mean(), heights, 2)
+    return bool(np.median(2 * parabolas[2]) < -_FREE * GRAVITY)
 
 
 def _grown(free: BoolArray, first: int, stop: int, most: int, start: int, end: int) -> tuple[int, int]:
