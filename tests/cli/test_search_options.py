@@ -29,7 +29,7 @@ def test_a_flag_turns_from_its_default_and_is_passed_on_only_where_it_was_given(
     found = {}
 
     @click.command()
-    @made.search_options(length="")
+    @made.search_options(usual={})
     def command(*, search) -> None:
         found.update(search)
 
