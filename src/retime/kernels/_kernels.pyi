@@ -1,8 +1,11 @@
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import FloatArray, IntArray
 
+def tell(heard: Callable[[float], None], /) -> None: ...
 def joint_scores(
     input: FloatArray,
     reference: FloatArray,

@@ -38,6 +38,7 @@ RETIME_INLINE void costs_body(const PaddedRows& q, const double* prices, const P
         const size_t last = std::min(first + n_tile, end);
         exact.begin_tile(first, last);
         for (size_t j = first; j < last; ++j) {
+            look();
             exact.begin_frame(j);
             const double* price = prices + j * steps.n_pairs;
             for (int64_t position = at.from; position < at.to; ++position) {

@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 
 from retime.arrays import FloatArray, IntArray
 from retime.kernels import PathProblem, PricedPath, StepPairs, _kernels
+from retime.progress import look
+
+# Long kernels tell how far they are, and end where that raises.
+_kernels.tell(look)
 
 _MOST_THREADS = 256
 # A reference of so many frames is worth putting in order for so many triples.

@@ -107,6 +107,7 @@ RETIME_INLINE void nearest_poses_body(const Poses& q, size_t begin, size_t end, 
             const size_t n_blocks = std::min(kChunk, q.n_panels - panel), stride = kChunk * kPanel;
             multiply_panels<Level>(q.low.rows.data() + first * (n + 1), last - first, n + 1,
                                    q.panels.data() + panel * (n + 1) * kPanel, n_blocks, products.data(), stride);
+            look(first - begin, end - begin);
             for (size_t j = first; j < last; ++j) {
                 const size_t t = j - first;
                 if (panel == 0) {
@@ -151,6 +152,7 @@ RETIME_INLINE void conditional_rows_body(const PaddedRows& q, const int64_t* nea
         const size_t last = std::min(first + n_tile, end);
         exact.begin_tile(first, last);
         for (size_t j = first; j < last; ++j) {
+            look(j - begin, end - begin);
             std::fill(squares.begin(), squares.end(), kFar);
             exact.begin_frame(j);
             for (size_t m = 0; m < count; ++m) {

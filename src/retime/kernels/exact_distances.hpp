@@ -11,6 +11,7 @@
 
 #include "memory_pool.hpp"
 #include "scores.hpp"
+#include "watch.hpp"
 
 namespace retime {
 
@@ -229,6 +230,7 @@ class TripleDistances {
         const size_t n_reaches = q_.reaches.size();
         size_t within = n_reaches;
         for (size_t i = begin_; i < end; ++i) {
+            look();
             const double* here = q_.input.data() + i * wide_;
             while (within > 0 && q_.reaches[within - 1] > q_.p.n_input - 1 - i) --within;
             const auto ahead = [&](size_t m) RETIME_LAMBDA_INLINE { return here + q_.reaches[m] * wide_; };

@@ -52,6 +52,7 @@ RETIME_INLINE void joint_rows_body(const Joint& q, size_t begin, size_t end, boo
             const size_t n_blocks = std::min(kChunk, n_panels - panel);
             tile.multiply<Level>(q.low, q.columns, p, depth, first, last, panel, n_blocks, 0, n_panels <= kChunk);
             for (size_t j = first; j < last; ++j) {
+                look(j - begin, end - begin);
                 exact.begin_frame(j);
                 const auto meet = [&](size_t a, size_t b, size_t n_group, size_t place) RETIME_LAMBDA_INLINE {
                     const size_t group = (j - first) * steps.n_groups + place;

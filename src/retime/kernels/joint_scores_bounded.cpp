@@ -188,6 +188,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         exact.begin_tile(first, last);
         const auto each_group = [&](auto work) RETIME_LAMBDA_INLINE {
             for (size_t j = first; j < last; ++j) {
+                look(j - begin, end - begin);
                 exact.begin_frame(j);
                 const auto in_place = [&](size_t a, size_t b, size_t n_group, size_t place) RETIME_LAMBDA_INLINE {
                     work(j, a, b, n_group, (j - first + 1) * frame_groups + place);
@@ -221,6 +222,7 @@ RETIME_INLINE void bounded_rows_body(const Bounds& q, size_t begin, size_t end, 
         };
         // Every other step tells enough.
         for (size_t j = first; j < last; ++j) {
+            retime::look(j - begin, end - begin);
             const int64_t n_in = steps.up_to(static_cast<int64_t>(j));
             const int64_t n_out = steps.up_to(static_cast<int64_t>(p.n_input - 1 - j));
             for (int64_t a = 0; a < n_in; a += 2)

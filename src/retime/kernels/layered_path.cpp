@@ -13,6 +13,7 @@
 #include "layered_path.hpp"
 
 #include "recurrence.hpp"
+#include "watch.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +30,7 @@ RETIME_INLINE void advance_frames(const PathProblem& p, const double* scores, co
     const Reading r(p, scores);
     const Band from = before, to = here;
     for (int64_t j = to.low; j <= to.high; ++j) {
+        if (j % 64 == 0) look();
         const int64_t row = (j - to.low) * r.n;
         extend<Level, kEvery>(steps, r, j, cost + (j - from.low) * r.n, up_to<kEvery>(steps, r, j - from.high - 1),
                               up_to<kEvery>(steps, r, j - from.low), 0.0, next + row, won + row);
@@ -123,6 +125,7 @@ Path layered_path(const PathProblem& problem, size_t memory_limit, ScoresByPosit
                 if (total < path.total) path.total = total, p = q, b = a;
             }
         if (q == last) break;
+        look(static_cast<size_t>(q), static_cast<size_t>(last));
         if ((q - 1) % block == 0) checkpoints.push_back(cost);
         layers.advance(q, cost, next, one_block ? won.data() + (q - 1) * row : unused);
         cost.swap(next);

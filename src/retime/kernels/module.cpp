@@ -7,6 +7,9 @@
 #include "layered_path.hpp"
 #include "priced_path.hpp"
 #include "scores.hpp"
+#include "watch.hpp"
+
+#include <exception>
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -38,6 +41,33 @@ std::vector<retime::Anchor> anchors_of(const Integers& positions, const Integers
     return anchors;
 }
 
+// What Python wants to hear of the work's progress; it raises where the work is not wanted any more. Never freed: a
+// thread may still work when Python ends.
+nb::object* progress = nullptr;
+
+// Runs work() while other Python threads go on. Ctrl-C, and what `progress` raises, end it and are raised.
+template <typename Work>
+auto unlocked(Work work) {
+    std::exception_ptr raised;
+    try {
+        const nb::gil_scoped_release without;
+        retime::Watch watch([&](double share) {
+            const nb::gil_scoped_acquire with;
+            try {
+                if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+                if (progress) (*progress)(share);
+                return true;
+            } catch (const nb::python_error&) {
+                raised = std::current_exception();
+                return false;
+            }
+        });
+        return work();
+    } catch (const retime::Stopped&) {
+    }
+    std::rethrow_exception(raised);
+}
+
 nb::object to_python(retime::Path&& path) {
     if (!path.found) return nb::none();
     auto* frames = new std::vector<int64_t>(std::move(path.frames));
@@ -51,12 +81,13 @@ nb::object to_python(retime::Path&& path) {
 NB_MODULE(_kernels, m) {
     m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
 
+    m.def("tell", [](nb::object heard) { progress = new nb::object(std::move(heard)); });
+
     m.def("joint_scores", [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration,
                              size_t n_neighbors, double scale, int n_threads, bool each, Output out) {
         const auto pairs = steps_of(steps);
         const auto p = problem(input, reference, pairs, velocity, acceleration, n_neighbors);
-        nb::gil_scoped_release unlocked;
-        retime::joint_scores(p, scale, n_threads, each, out.data());
+        unlocked([&] { retime::joint_scores(p, scale, n_threads, each, out.data()); });
     });
 
     m.def("bounded_scores", [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration,
@@ -66,8 +97,7 @@ NB_MODULE(_kernels, m) {
         const auto p = problem(input, reference, pairs, velocity, acceleration, n_neighbors);
         const retime::Projection low{low_input.data(), low_reference.data(), low_input.shape(1), scale,
                                      order.data(),     following.data()};
-        nb::gil_scoped_release unlocked;
-        retime::bounded_scores(p, low, n_threads, each, out.data());
+        unlocked([&] { retime::bounded_scores(p, low, n_threads, each, out.data()); });
     });
 
     m.def("conditional_scores",
@@ -75,8 +105,7 @@ NB_MODULE(_kernels, m) {
              Integers nearest, int n_threads, Output out) {
               const auto pairs = steps_of(steps);
               const auto p = problem(input, reference, pairs, velocity, acceleration, n_neighbors);
-              nb::gil_scoped_release unlocked;
-              retime::conditional_scores(p, nearest.data(), n_threads, out.data());
+              unlocked([&] { retime::conditional_scores(p, nearest.data(), n_threads, out.data()); });
           });
 
     m.def("nearest_poses", [](Doubles input, Doubles poses, size_t n_neighbors, Doubles origin, double scale,
@@ -84,8 +113,7 @@ NB_MODULE(_kernels, m) {
         const retime::PoseProblem p{input.data(),   poses.data(),   origin.data(),
                                     input.shape(0), poses.shape(0), input.shape(1),
                                     n_neighbors,    scale,          blur};
-        nb::gil_scoped_release unlocked;
-        retime::nearest_poses(p, n_threads, out.data());
+        unlocked([&] { retime::nearest_poses(p, n_threads, out.data()); });
     });
 
     m.def("layered_path",
@@ -96,12 +124,7 @@ NB_MODULE(_kernels, m) {
               const retime::PathProblem problem{
                   scores.data(),     scores.shape(0),   pairs,           anchors,
                   last_position_max, start_cost.data(), end_cost.data(), band.size() ? band.data() : nullptr};
-              retime::Path path;
-              {
-                  nb::gil_scoped_release unlocked;
-                  path = retime::layered_path(problem, memory_limit);
-              }
-              return to_python(std::move(path));
+              return to_python(unlocked([&] { return retime::layered_path(problem, memory_limit); }));
           });
 
     m.def("aligned_path", [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration,
@@ -112,12 +135,8 @@ NB_MODULE(_kernels, m) {
         const auto scores = problem(input, reference, pairs, velocity, acceleration, 1);
         const retime::PathProblem path{prices.data(),           prices.shape(0),   pairs,          anchors,
                                        anchors.back().position, start_cost.data(), end_cost.data()};
-        retime::Path found;
-        {
-            nb::gil_scoped_release unlocked;
-            found = retime::aligned_path(scores, path, n_threads, memory_limit, table_limit);
-        }
-        return to_python(std::move(found));
+        return to_python(
+            unlocked([&] { return retime::aligned_path(scores, path, n_threads, memory_limit, table_limit); }));
     });
 
     m.def("priced_path", [](Doubles scores, Integers steps, Integers positions, Integers frames,
@@ -126,11 +145,7 @@ NB_MODULE(_kernels, m) {
         const auto anchors = anchors_of(positions, frames);
         const retime::PathProblem problem{scores.data(),     scores.shape(0),   pairs,          anchors,
                                           last_position_max, start_cost.data(), end_cost.data()};
-        retime::PricedPath result;
-        {
-            nb::gil_scoped_release unlocked;
-            result = retime::priced_path(problem, max_bytes);
-        }
+        retime::PricedPath result = unlocked([&] { return retime::priced_path(problem, max_bytes); });
         return nb::make_tuple(to_python(std::move(result.path)), result.lower_bound, result.gave_up, result.labels,
                               result.passes, result.sweeps, result.sweep_seconds);
     });
@@ -141,11 +156,6 @@ NB_MODULE(_kernels, m) {
         const auto anchors = anchors_of(positions, frames);
         const retime::PathProblem problem{scores.data(),     scores.shape(0), pairs, anchors, 0,
                                           start_cost.data(), end_cost.data()};
-        retime::Path path;
-        {
-            nb::gil_scoped_release unlocked;
-            path = retime::free_path(problem);
-        }
-        return to_python(std::move(path));
+        return to_python(unlocked([&] { return retime::free_path(problem); }));
     });
 }

@@ -21,6 +21,7 @@
 #include "priced_path.hpp"
 
 #include "recurrence.hpp"
+#include "watch.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -33,6 +34,8 @@ namespace {
 // Frames that are asked for ahead of a sweep: it reads each score once, and would wait for memory.
 constexpr int64_t kAhead = 24;
 constexpr int64_t kLine = 64 / sizeof(double);
+// Frames, or labels' vertices, between two looks at whether the search is still wanted.
+constexpr int64_t kLook = 64;
 
 struct Sweep {
     std::vector<double> leaving;  // V(j, b) at j * n + b
@@ -76,6 +79,7 @@ RETIME_INLINE void sweep_frames(const PathProblem& p, const std::vector<double>&
         // The step that leaves an anchor belongs to the next span.
         const double inside = price[span], at_end = end <= to ? price[span + 1] : 0.0;
         for (int64_t j = from + 1; j <= to; ++j) {
+            if (j % kLook == 0) look();
             const double* ahead = r.scores + std::min(j + kAhead, r.n_input - 1) * r.n_pairs;
             for (int64_t line = 0; line < r.n_pairs; line += kLine) prefetch(ahead + line);
             double* leaving = all + j * r.n;
@@ -295,6 +299,7 @@ void find_corridor(const PathProblem& p, const std::vector<double>& price, const
     for (int64_t a = 0; a < steps.up_to(n_input - 1 - p.anchors[span].frame); ++a)
         touch(n_input - 1, 0, a, p.end_cost[a]);
     for (int64_t k = n_input - 1; k >= 1; --k, row = row ? row - 1 : longest) {
+        if (k % kLook == 0) look();
         while (k <= p.anchors[span].frame) --span;
         const double* soon = p.scores + std::max<int64_t>(k - kAhead, 0) * n_pairs;
         if (n_pairs <= 256)
@@ -368,6 +373,7 @@ RETIME_INLINE Pass carry_labels_body(const PathProblem& p, const std::vector<dou
     double total = kInf;
     int64_t end = -1, position = 0;
     for (size_t at = corridor.order.size(); at-- > 0;) {
+        if (static_cast<int64_t>(at) % kLook == 0) look();
         const int64_t id = corridor.order[at];
         Corridor::Vertex& vertex = corridor.vertices[id];
         if (vertex.frame != frame) {
@@ -590,6 +596,7 @@ Path free_path(const PathProblem& p) {
     int32_t n_steps = 0;
     size_t span = 0;
     for (int64_t j = 1; j < n_input; ++j) {
+        if (j % kLook == 0) look(static_cast<size_t>(j), p.n_input);
         while (j > p.anchors[span + 1].frame) ++span;
         const int64_t farthest = q.up_to(j - p.anchors[span].frame);
         if (j == n_input - 1) {

@@ -6,8 +6,9 @@ The paper's letters, used here and in the kernels: y an input pose, z a referenc
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -114,6 +115,36 @@ def build_model(
         origin,
         velocity,
         acceleration,
+    )
+
+
+def without_copies(model: Model, n_neighbors: int) -> Model:
+    """Leave out frames that are the same as others, to the last bit, beyond the first `n_neighbors` of each.
+
+    A score asks for the `n_neighbors` nearest, of equally near ones for the earliest: it never sees the others, and
+    stays the same to the last bit. A figure that stands still is scored as quickly as one that moves, though none of
+    its frames is nearer than another.
+    """
+    # Digests of rows: the rows themselves would take as much memory again as an hour's model does.
+    seen: dict[bytes, int] = {}
+    kept = []
+    for place in range(len(model.weights)):
+        digest = hashlib.blake2b(digest_size=16)
+        for part in (model.poses, model.features, model.weights):
+            digest.update(part[place].tobytes())
+        times = seen.get(key := digest.digest(), 0)
+        seen[key] = times + 1
+        if times < n_neighbors:
+            kept.append(place)
+    if len(kept) == len(model.weights):
+        return model
+    return replace(
+        model,
+        features=np.ascontiguousarray(model.features[kept]),
+        poses=np.ascontiguousarray(model.poses[kept]),
+        weights=model.weights[kept],
+        reference=model.reference[kept],
+        frame=model.frame[kept],
     )
 
 

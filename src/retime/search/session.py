@@ -39,7 +39,7 @@ from retime.search.plan import Request, SearchPlan, make_plan
 from retime.search.poses.references import Reference, model_poses
 from retime.search.reduction import Reduction
 from retime.search.result import GuidedWarp
-from retime.search.score import Model, ScoreName, build_model, triple_scores
+from retime.search.score import Model, ScoreName, build_model, triple_scores, without_copies
 from retime.search.score_table import ScoreTable, score_table
 from retime.search.wishes.allowed import forbid
 from retime.search.wishes.asked import Wishes
@@ -472,7 +472,7 @@ class Session:
     def _model_at(self, rate: float) -> Model:
         """Return the references as they are seen at a rate."""
         if rate not in self._models:
-            self._models[rate] = build_model(
+            every = build_model(
                 [track.at_rate(rate, self.low_pass) for track in self._reference_tracks],
                 rate=rate,
                 # The paper's features count in frames: at a lower rate its time scale is as much longer.
@@ -481,6 +481,7 @@ class Session:
                 weights=[track.weight for track in self._reference_tracks],
                 own_name=self._own_name,
             )
+            self._models[rate] = without_copies(every, self.n_neighbors)
         return self._models[rate]
 
 
