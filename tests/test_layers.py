@@ -31,7 +31,7 @@ MAY_IMPORT = {
     # A saved warp is a file; no other of its modules opens one.
     "warp": {"motion", "files"},
     "search": {"motion", "warp", "kernels"},
-    "formats": {"motion", "warp", "files"},
+    "formats": {"motion", "warp", "files", "kernels"},
     "data": {"motion", "formats"},
     "media": {"motion", "warp", "formats"},
     "evaluate": {"motion", "warp", "search", "formats", "data", "files"},

@@ -190,6 +190,13 @@ def test_broken_tables(name: str, line: int | None, says: str) -> None:
     assert says in str(caught.value)
 
 
+@pytest.mark.parametrize("row", ["0.1,,1,2", ",0.1,1,2", "0.1,1,2,", "0.1, 1, , 2"])
+def test_a_row_with_an_empty_field_too_many(tmp_path: Path, row: str) -> None:
+    """Its numbers are as many as the names, and still nobody knows which belongs where."""
+    with pytest.raises(FormatError, match=r"table\.csv:3: the row has 4 fields, the first row has 3"):
+        table(tmp_path, f"t,a,b\n0,1,2\n{row}\n0.2,1,2\n")
+
+
 def test_limits() -> None:
     for limits, says in (
         (Limits(channels=2), "3 columns, the limit is 2 (Limits.channels)"),

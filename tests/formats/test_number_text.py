@@ -18,7 +18,6 @@ from retime.formats.number_text import (
     parse_count,
     parse_number,
     parse_numbers,
-    parse_table,
     show,
 )
 
@@ -66,9 +65,6 @@ def test_a_number_is_read_to_the_last_bit(number: str) -> None:
     assert parse_number(token) == expected
     assert math.copysign(1, parse_number(token)) == math.copysign(1, expected)
     assert parse_numbers(token) == [expected]
-    table = parse_table(token + b" 1\n")
-    assert table is not None
-    assert table.tolist() == [[expected, 1.0]]
     assert parse_number(token.replace(b".", b","), decimal_comma=True) == expected
 
 
@@ -77,39 +73,10 @@ def test_anything_else_is_refused(text: str) -> None:
     token = text.encode()
     with pytest.raises(NumberTextError):
         parse_number(token)
-    assert parse_table(b"1 " + token + b" 3\n1 2 3\n") is None
     if text:
         with pytest.raises(NumberTextError) as caught:
             parse_numbers(b"1 \t2\n" + token + b" nan")
         assert (caught.value.offset, caught.value.index) == (5, 2)
-
-
-@given(text=st.text(st.sampled_from("0123456789+-.eE,_naif\u0661 "), max_size=12))
-def test_the_fast_way_takes_no_more_and_no_less_than_the_slow_one(text: str) -> None:
-    data = text.encode()
-    table = parse_table(data)
-    try:
-        values = parse_numbers(data)
-    except NumberTextError:
-        assert table is None
-    else:
-        assert ([] if table is None else table.ravel().tolist()) == values
-
-
-@given(rows=st.lists(st.lists(numbers, min_size=3, max_size=3), min_size=1, max_size=4), data=st.data())
-def test_a_table_with_any_white_space(rows: list[list[str]], data: st.DataObject) -> None:
-    text = ""
-    for row in rows:
-        text += data.draw(st.sampled_from(["", " ", "\t "])) + data.draw(st.sampled_from([" ", "\t", "  "])).join(row)
-        text += data.draw(st.sampled_from(["\n", "\r", "\r\n", " \n\n", "\r\r"]))
-    table = parse_table(text.encode())
-    assert table is not None
-    assert table.tolist() == [[float(number) for number in row] for row in rows]
-
-
-@pytest.mark.parametrize("text", [b"", b" \n", b"1 2\n3\n", b"1\n2 3", b"1\x0b2\n", b"1\x0c2\n", b"1\xa02"])
-def test_what_is_no_table(text: bytes) -> None:
-    assert parse_table(text) is None
 
 
 def test_white_space_of_other_kinds_parts_numbers_too() -> None:
@@ -118,9 +85,6 @@ def test_white_space_of_other_kinds_parts_numbers_too() -> None:
 
 def test_a_decimal_comma_is_taken_only_where_it_was_said() -> None:
     assert parse_numbers(b"0,5 1.5 -,25e1", decimal_comma=True) == [0.5, 1.5, -2.5]
-    table = parse_table(b"0,5 1.5\n", decimal_comma=True)
-    assert table is not None
-    assert table.tolist() == [[0.5, 1.5]]
     with pytest.raises(NumberTextError):
         parse_numbers(b"1,000,000", decimal_comma=True)
 

@@ -15,12 +15,12 @@ from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.errors import FormatWarning
 from retime.formats.bvh_hierarchy import Hierarchy
+from retime.formats.number_rows import parse_rows
 from retime.formats.number_text import (
     NumberTextError,
     parse_count,
     parse_number,
     parse_numbers,
-    parse_table,
     show,
 )
 from retime.formats.read_options import ReadOptions
@@ -209,8 +209,9 @@ class _Table:
             text = data[position:stop]
             if len(text) > self.limits.line_bytes:
                 self._check_lengths(text)
-            table = None if self.begun else parse_table(text, decimal_comma=self.options.decimal_comma)
-            if table is not None and table.shape[1] == self.n_channels:
+            comma = self.options.decimal_comma
+            table = None if self.begun else parse_rows(text, self.n_channels, decimal_comma=comma)
+            if table is not None:
                 self.blocks.append(table)
                 self.n_frames += len(table)
                 self.line += count_line_ends(text)

@@ -26,7 +26,8 @@ from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
 from retime.formats.file_signatures import foreign_kind
-from retime.formats.number_text import NumberTextError, parse_number, parse_table
+from retime.formats.number_rows import parse_rows
+from retime.formats.number_text import NumberTextError, parse_number
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion.any_motion import AnyMotion
@@ -37,7 +38,7 @@ TIME_NAMES = ("time", "t", "seconds", "timestamp")
 _FRAME_NAME = "frame"
 _FORMULA = re.compile(r"[\s']*[=+\-@]")
 _ESCAPED = re.compile(r"'[\s']*[=+\-@]")
-# Rows are parsed in pieces of this size: parsing takes some ten times the memory of its text.
+# Rows are parsed in pieces of this size: parsing takes several times the memory of its text.
 _PIECE_BYTES = 1 << 22
 
 
@@ -206,7 +207,14 @@ class _Table:
         while start < len(self.data):
             stop = self.data.find(b"\n", start + _PIECE_BYTES) + 1 or len(self.data)
             piece = self.data[start:stop]
-            rows = self.plain_rows(piece)
+            rows = parse_rows(
+                piece,
+                len(self.names),
+                delimiter=self.delimiter,
+                decimal_comma=self.options.decimal_comma,
+                # The limit counts the line's end too.
+                line_bytes=self.options.limits.line_bytes - 1,
+            )
             failure = None
             if rows is None:
                 rows, failure = self.careful_rows(piece, line)
@@ -224,21 +232,6 @@ class _Table:
             raise self.error(line, "the table ends after its names; expected rows of numbers")
         self.values = np.concatenate(pieces)
         return notes
-
-    def plain_rows(self, piece: bytes) -> FloatArray | None:
-        """Parse rows of unquoted numbers, fast; None where anything else is among them."""
-        delimiter = self.delimiter.encode()
-        if b" " in piece:
-            piece = piece.replace(delimiter + b" ", delimiter).replace(b" " + delimiter, delimiter)
-        # Other blanks would hide an empty field from the count below.
-        if any(blank in piece for blank in (b" ", b"\t", b"\v", b"\f") if blank != delimiter):
-            return None
-        if delimiter != b"\t":
-            piece = piece.replace(delimiter, b" ")
-        table = parse_table(piece, decimal_comma=self.options.decimal_comma and delimiter != b",")
-        if table is None or table.shape[1] != len(self.names):
-            return None
-        return table
 
     def careful_rows(self, piece: bytes, first_line: int) -> tuple[FloatArray, FormatError | None]:
         """Parse rows one at a time, up to the first that can't be."""

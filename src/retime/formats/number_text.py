@@ -4,8 +4,8 @@ A number is ``[+-]digits[.digits][e[+-]digits]`` in ASCII digits; ``.5`` and ``5
 parsers take more (``1_0``, ``nan``, the digits of other scripts), and some of NumPy's take two numbers run
 together for two. Here every token is one finite number, or an error says where it stands.
 
-`parse_table` is fast and answers None where anything is unusual. `parse_numbers` takes the same text, a line
-at a time, and names the first token at fault.
+`retime.formats.number_rows` reads many rows at once, and answers None where anything is unusual. `parse_numbers`
+takes the same text, a line at a time, and names the first token at fault.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import re
 import numpy as np
 
 from retime.arrays import FloatArray
-from retime.motion.size import LARGEST, within_size
+from retime.motion.size import LARGEST
 
 _UNSIGNED = rb"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _NUMBER = re.compile(rb"[+-]?" + _UNSIGNED)
@@ -161,37 +161,6 @@ def parse_numbers(text: bytes, *, decimal_comma: bool = False) -> list[float]:
         except NumberTextError as error:
             raise NumberTextError(error.problem, offset=match.start(), index=len(values)) from None
     return values
-
-
-def parse_table(text: bytes, *, decimal_comma: bool = False) -> FloatArray | None:
-    r"""Parse lines that hold the same count of numbers each, fast; blank lines don't count.
-
-    The memory used is some ten times the text's, so a large file is best parsed in pieces cut at line ends.
-
-    Returns
-    -------
-    float array, shape (n_lines, n_columns), or None
-        None where the counts differ, where there is no line, or where a token is not a finite number:
-        `parse_numbers` on one line after another then says where.
-
-    Examples
-    --------
-    >>> parse_table(b"1 2.5\n-3 4\n")
-    array([[ 1. ,  2.5],
-           [-3. ,  4. ]])
-    >>> parse_table(b"1 2.5-3 4\n") is None
-    True
-    """
-    if decimal_comma:
-        text = text.replace(b",", b".")
-    if text.translate(None, _NUMBER_BYTES) or not text or text.isspace():
-        return None
-    try:
-        # With these characters alone loadtxt takes the grammar above, whole tokens only, rounded correctly.
-        table = np.loadtxt(text.decode("ascii").splitlines(), dtype=np.float64, comments=None, ndmin=2)
-    except ValueError:
-        return None
-    return table if within_size(table).all() else None
 
 
 def format_table(values: FloatArray) -> bytes:

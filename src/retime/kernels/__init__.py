@@ -1,4 +1,7 @@
-"""Scoring and path search: the compiled kernels, and NumPy's where none could be built. Both give the same bits."""
+"""Scoring, path search and numbers in text: the compiled kernels, and NumPy's where none could be built.
+
+Both give the same bits.
+"""
 
 from __future__ import annotations
 
@@ -73,6 +76,38 @@ class Backend(Protocol):
 
     def priced_path(self, problem: PathProblem, max_bytes: int) -> PricedPath | None:
         """Find the best path by a price on the count; None where this backend has no such kernel."""
+
+    def read_rows(self, text: bytes, rows: RowFormat) -> FloatArray | None:
+        """Read lines of as many numbers each; None where there is none, or where only the careful way can read one.
+
+        Blank lines don't count; lines end in LF, CR or CRLF. A number is ``[+-]digits[.digits][e[+-]digits]``, in
+        ASCII; ``.5`` and ``5.`` count too. Each comes as the nearest double.
+        """
+
+
+@dataclass(frozen=True)
+class RowFormat:
+    """How rows of numbers are written.
+
+    Attributes
+    ----------
+    n_columns : int
+        Numbers in each row; 0: as many as the first one has.
+    delimiter : str
+        What parts two numbers, one character, blanks around it or none; "": one blank or more.
+    decimal_comma : bool
+        Decimals may begin with a comma too.
+    largest : float
+        No number is larger, of either sign.
+    line_bytes : int
+        No line is longer.
+    """
+
+    n_columns: int
+    delimiter: str
+    decimal_comma: bool
+    largest: float
+    line_bytes: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +221,7 @@ def why_not_compiled() -> str | None:
 
 
 @cache
-def backend(name: str | None = None) -> Backend:
+def backend(name: str | None = None, *, warn: bool = True) -> Backend:
     """Return the kernels to use.
 
     Parameters
@@ -194,6 +229,8 @@ def backend(name: str | None = None) -> Backend:
     name : {"compiled", "numpy"}, optional
         Left out: the environment variable RETIME_BACKEND, else the compiled ones where they can be had. Where they
         were meant to be there and are not, the slower ones come with a `RetimeWarning`.
+    warn : bool
+        False for what is not worth that warning.
 
     Raises
     ------
@@ -203,7 +240,7 @@ def backend(name: str | None = None) -> Backend:
     name = name or os.environ.get("RETIME_BACKEND")
     if not name:
         name = "compiled" if compiled_available() else "numpy"
-        if name == "numpy" and build_record() in ("built", "failed"):
+        if warn and name == "numpy" and build_record() in ("built", "failed"):
             warnings.warn(
                 f"retime works without its compiled kernels, many times slower: {why_not_compiled()}. "
                 "RETIME_BACKEND=numpy says that this is meant",

@@ -107,3 +107,13 @@ def priced_path(
     max_bytes: int,
     /,
 ) -> tuple[tuple[IntArray, float] | None, float, bool, int, int, int, float]: ...
+def read_rows(
+    text: bytes,
+    n_columns: int,
+    delimiter: str,
+    decimal_comma: bool,
+    largest: float,
+    line_bytes: int,
+    out: FloatArray,
+    /,
+) -> tuple[int, int, int]: ...

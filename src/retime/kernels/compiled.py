@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PricedPath, StepPairs, _kernels
+from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, _kernels
 from retime.progress import look
 
 # Long kernels tell how far they are, and end where that raises.
@@ -195,3 +195,15 @@ def priced_path(problem: PathProblem, max_bytes: int) -> PricedPath:
             max_bytes,
         )
     )
+
+
+def read_rows(text: bytes, rows: RowFormat) -> FloatArray | None:
+    """Read rows of numbers; see `retime.kernels.Backend`."""
+    # A number takes a digit and what parts it from the next. Pages that nothing is written to cost nothing.
+    numbers = np.empty((len(text) + 1) // 2)
+    n_rows, n_columns, n_bytes = _kernels.read_rows(
+        text, rows.n_columns, rows.delimiter or "\0", rows.decimal_comma, rows.largest, rows.line_bytes, numbers
+    )
+    if n_rows == 0 or n_bytes < len(text):
+        return None
+    return numbers[: n_rows * n_columns].reshape(n_rows, n_columns).copy()

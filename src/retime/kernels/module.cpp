@@ -5,6 +5,7 @@
 
 #include "aligned_path.hpp"
 #include "layered_path.hpp"
+#include "number_rows.hpp"
 #include "priced_path.hpp"
 #include "scores.hpp"
 #include "watch.hpp"
@@ -157,5 +158,15 @@ NB_MODULE(_kernels, m) {
         const retime::PathProblem problem{scores.data(),     scores.shape(0), pairs, anchors, 0,
                                           start_cost.data(), end_cost.data()};
         return to_python(unlocked([&] { return retime::free_path(problem); }));
+    });
+
+    m.def("read_rows", [](nb::bytes text, size_t n_columns, char delimiter, bool decimal_comma, double largest,
+                          size_t line_bytes, Output out) {
+        const char* const begin = text.c_str();
+        const size_t n_bytes = text.size();
+        const retime::RowFormat format{delimiter, decimal_comma, largest, line_bytes};
+        const auto read =
+            unlocked([&] { return retime::read_rows(begin, n_bytes, n_columns, format, out.data(), out.size()); });
+        return nb::make_tuple(read.n_rows, read.n_columns, read.n_bytes);
     });
 }

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PricedPath, StepPairs
+from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs
 
 _LANES = 16
 # kCancelled in exact_distances.hpp.
@@ -21,6 +21,8 @@ _CANCELLED = 1e-3
 _BLOCK_NUMBERS = 4 << 20
 # Numbers of the pairs that are measured at once.
 _PAIR_NUMBERS = 1 << 21
+# What rows of numbers are written with.
+_NUMBER_BYTES = b"0123456789+-.eE \t\r\n"
 
 
 def _padded(numbers: FloatArray) -> FloatArray:
@@ -428,3 +430,22 @@ def _advance(scores: FloatArray, steps: IntArray, cost: FloatArray, won: np.ndar
         if b < len(cost):
             following[b:, place] = least[: len(least) - b, place]
     return following
+
+
+def read_rows(text: bytes, rows: RowFormat) -> FloatArray | None:
+    """Read rows of numbers; see `retime.kernels.Backend`. It leaves more to its caller than the compiled one."""
+    if rows.decimal_comma:
+        text = text.replace(b",", b".")
+    if text.translate(None, _NUMBER_BYTES + rows.delimiter.encode()) or not text or text.isspace():
+        return None
+    lines = text.decode("ascii").splitlines()
+    if len(text) > rows.line_bytes and max(map(len, lines)) > rows.line_bytes:
+        return None
+    try:
+        # With these characters alone loadtxt takes the right grammar, whole fields only, rounded correctly.
+        table = np.loadtxt(lines, dtype=np.float64, comments=None, delimiter=rows.delimiter or None, ndmin=2)
+    except ValueError:
+        return None
+    if rows.n_columns not in (0, table.shape[1]) or not (np.abs(table) <= rows.largest).all():
+        return None
+    return table
