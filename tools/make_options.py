@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any, get_args
 
-from retime.search.options import OPTIONS, Kind, Option, Panel
+from retime.search.options import OPTIONS, Kind, Method, Option, Panel
 
 PAGE = Path(__file__).resolve().parents[1] / "web" / "src" / "options.ts"
 
@@ -20,6 +20,7 @@ import type {{ Options }} from "./messages";
 export type OptionName = keyof Options;
 export type OptionKind = {kinds};
 export type OptionPanel = {panels};
+export type OptionMethod = {methods};
 
 export interface Option {{
   readonly name: OptionName;
@@ -44,6 +45,8 @@ export interface Option {{
   readonly choices: readonly {{ readonly value: string; readonly label: string }}[];
   /** Whether it says something only where the length is free. */
   readonly needsFree: boolean;
+  /** Where it says something: for which methods, and "hand" where an example is carried over. */
+  readonly methods: readonly OptionMethod[];
 }}
 
 export const OPTIONS: readonly Option[] = [
@@ -69,13 +72,14 @@ def shown(option: Option) -> dict[str, Any]:
         "curve": option.curve,
         "choices": [{"value": choice.value, "label": choice.label} for choice in option.choices],
         "needsFree": option.needs_free,
+        "methods": list(option.methods),
     }
 
 
 def page() -> str:
     """Return the page's module."""
-    kinds, panels = (" | ".join(f'"{word}"' for word in get_args(words)) for words in (Kind, Panel))
-    lines = [INTRODUCTION.format(kinds=kinds, panels=panels).rstrip("\n")]
+    kinds, panels, methods = (" | ".join(f'"{word}"' for word in get_args(words)) for words in (Kind, Panel, Method))
+    lines = [INTRODUCTION.format(kinds=kinds, panels=panels, methods=methods).rstrip("\n")]
     for option in OPTIONS:
         lines.append("  {")
         lines += [f"    {name}: {json.dumps(value, ensure_ascii=False)}," for name, value in shown(option).items()]

@@ -250,6 +250,7 @@ def test_influence_mixes_with_the_spline() -> None:
     [
         ({"repeat": 0.5}, "repeat is at least 1"),
         ({"repeat": np.inf}, "repeat is at least 1"),
+        ({"repeat": 1e12}, "nothing is played at less than 1/255 of its speed"),
         ({"reference": None}, "nothing to keep step with"),
         ({"reference": [Reference(curve(50, 1)), Reference(curve(50, 2))]}, "only one reference"),
         ({"reference": curve(2, 1)}, "needs at least 3"),

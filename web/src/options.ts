@@ -6,6 +6,7 @@ import type { Options } from "./messages";
 export type OptionName = keyof Options;
 export type OptionKind = "length" | "rate" | "speeds" | "influence" | "number" | "whole" | "choice" | "flag";
 export type OptionPanel = "timing" | "search" | "more";
+export type OptionMethod = "guided" | "align" | "linear" | "spline" | "hand";
 
 export interface Option {
   readonly name: OptionName;
@@ -30,6 +31,8 @@ export interface Option {
   readonly choices: readonly { readonly value: string; readonly label: string }[];
   /** Whether it says something only where the length is free. */
   readonly needsFree: boolean;
+  /** Where it says something: for which methods, and "hand" where an example is carried over. */
+  readonly methods: readonly OptionMethod[];
 }
 
 export const OPTIONS: readonly Option[] = [
@@ -50,6 +53,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "linear", "spline", "hand"],
   },
   {
     name: "min_length",
@@ -68,6 +72,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: true,
+    methods: ["guided", "hand"],
   },
   {
     name: "max_length",
@@ -86,6 +91,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: true,
+    methods: ["guided", "hand"],
   },
   {
     name: "free_weight",
@@ -104,6 +110,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [{"value": "neutral", "label": "Both clocks alike"}, {"value": "sum", "label": "Plain sum (the paper's)"}],
     needsFree: true,
+    methods: ["guided"],
   },
   {
     name: "influence",
@@ -122,6 +129,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "evenness",
@@ -140,6 +148,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided"],
   },
   {
     name: "keep_flights",
@@ -158,6 +167,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided"],
   },
   {
     name: "content",
@@ -176,6 +186,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided"],
   },
   {
     name: "ends",
@@ -194,6 +205,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided"],
   },
   {
     name: "smoothness",
@@ -212,6 +224,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "square",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "speed",
@@ -230,6 +243,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "loop",
@@ -248,6 +262,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "hand"],
   },
   {
     name: "paper",
@@ -266,6 +281,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "hand"],
   },
   {
     name: "score",
@@ -284,6 +300,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [{"value": "joint", "label": "Joint (the paper's)"}, {"value": "conditional", "label": "Conditional"}],
     needsFree: false,
+    methods: ["guided"],
   },
   {
     name: "search",
@@ -302,6 +319,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [{"value": "priced", "label": "Exact"}, {"value": "layered", "label": "Exact, as in the paper"}, {"value": "heuristic", "label": "Coarse to fine (paper)"}],
     needsFree: false,
+    methods: ["guided", "hand"],
   },
   {
     name: "features",
@@ -320,6 +338,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [{"value": "torso", "label": "Torso (the paper's)"}, {"value": "heading", "label": "Heading"}, {"value": "signal", "label": "Plain channels"}],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "rate",
@@ -338,6 +357,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "max_skip",
@@ -356,6 +376,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "upsample",
@@ -374,6 +395,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "n_neighbors",
@@ -392,6 +414,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "hand"],
   },
   {
     name: "time_scale",
@@ -410,6 +433,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "low_pass",
@@ -428,6 +452,7 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
   {
     name: "smoothing",
@@ -446,5 +471,6 @@ export const OPTIONS: readonly Option[] = [
     curve: "straight",
     choices: [],
     needsFree: false,
+    methods: ["guided", "align", "hand"],
   },
 ];

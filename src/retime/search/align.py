@@ -15,6 +15,7 @@ from retime.arrays import FloatArray, as_real
 from retime.checks import real
 from retime.errors import OptionError, RetimeWarning
 from retime.kernels import StepPairs
+from retime.limits import MAX_STEP
 from retime.motion.any_motion import AnyMotion
 from retime.search import options
 from retime.search.keytimes import asking_for_a_share
@@ -33,8 +34,8 @@ from retime.warp.blend import blend
 
 # Options of guided_warp that say something here too; the others are about the length, which is the reference's, and
 # about looking for the reference frames that are like a frame, which here are given.
-ANALYSIS = ("rate", "time_scale", "low_pass", "features")
-SOLVE = ("speed", "smoothness", "influence", "max_skip", "upsample", "smoothing")
+ANALYSIS = options.names("analysis", "align")
+SOLVE = options.names("solve", "align")
 # The reference says what is hurried, and what is not.
 _NO_TEMPO = {"evenness": 0.0, "keep_flights": 0.0}
 # A cycle meets where its ends are nearer than this share of the median distance between its frames.
@@ -149,11 +150,21 @@ class AlignSession(Session):
         self.itself = False
         self.repeat = real(repeat, "repeat", option="repeat")
         if not 1 <= self.repeat < math.inf:
-            raise OptionError(f"the reference is played once or more often: repeat is at least 1, found {repeat}")
+            raise OptionError(
+                f"the reference is played once or more often: repeat is at least 1, found {repeat}", option="repeat"
+            )
         named = sorted({track.name for track in self._reference_tracks if not track.mirrored})
         if sum(not track.mirrored for track in self._reference_tracks) != 1:
             raise OptionError(
                 f"only one reference can be kept step with; found {len(named)}: {', '.join(named)}", option="reference"
+            )
+        seconds = self.repeat * self._reference_tracks[0].end_time
+        if seconds > MAX_STEP * self.motion.duration:
+            # Said before as many frames of the reference are made, which may be more than memory holds.
+            raise OptionError(
+                f"played {self.repeat:g} times the reference lasts {seconds:g} s, and the clip "
+                f"{self.motion.duration:g} s: nothing is played at less than 1/{MAX_STEP} of its speed",
+                option="repeat",
             )
         if self.repeat > 1:
             self._reference_tracks = tuple(_repeated(track, self.repeat) for track in self._reference_tracks)

@@ -31,7 +31,7 @@ from retime.warp.curve import Warp, WarpLike, as_warp
 # A hand's speeds are looked up, not searched for: there is less to smooth than in a path of scores.
 SMOOTHING = 3
 # Options of guided_warp that say how its scores are made or weighed: there are none here.
-_OF_SCORES = ("score", "free_weight", "evenness", "keep_flights", "content", "ends")
+_OF_SCORES = tuple(option.name for option in declared.OPTIONS if "hand" not in option.methods)
 # Options of guided_warp that need speeds of their own, or say which.
 _BOUND_SPEEDS = ("speed", "upsample", "max_skip", "keys", "locks", "min_length", "max_length")
 # The table of scores grows with the square of max_skip.

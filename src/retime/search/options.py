@@ -25,6 +25,11 @@ Section = Literal["Keytimes", "Control", "Method"]
 SearchName = Literal["priced", "layered", "heuristic"]
 FreeWeight = Literal["neutral", "sum"]
 Panel = Literal["timing", "search", "more"]
+# For whom an option says something: the methods, and "hand" where a hand's speeds are carried over (`retime.imitate`).
+Method = Literal["guided", "align", "linear", "spline", "hand"]
+
+_SCORED: tuple[Method, ...] = ("guided",)
+_ALL: tuple[Method, ...] = ("guided", "align", "hand")
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,8 @@ class Option:
         What stands for its value in help.
     needs_free : bool
         It says something only where the length is free.
+    methods : tuple of str
+        Where it says something: for which methods, and "hand" where a hand's speeds are carried over.
     """
 
     name: str
@@ -108,6 +115,7 @@ class Option:
     flag: str = ""
     metavar: str = ""
     needs_free: bool = False
+    methods: tuple[Method, ...] = ("guided", "hand")
 
     @property
     def on_command_line(self) -> str:
@@ -175,6 +183,7 @@ OPTIONS: tuple[Option, ...] = (
         label="Length",
         hint="65%, 9.3 (seconds), 280f, 0:09.3 or free: the search finds it",
         panel="timing",
+        methods=("guided", "linear", "spline", "hand"),
     ),
     Option(
         name="min_length",
@@ -217,6 +226,7 @@ OPTIONS: tuple[Option, ...] = (
         panel="timing",
         choices=(Choice("neutral", "Both clocks alike"), Choice("sum", "Plain sum (the paper's)")),
         needs_free=True,
+        methods=_SCORED,
     ),
     Option(
         name="influence",
@@ -232,6 +242,7 @@ OPTIONS: tuple[Option, ...] = (
         least=0.0,
         most=1.0,
         slider=(1.0, 0.01),
+        methods=_ALL,
     ),
     Option(
         name="evenness",
@@ -247,6 +258,7 @@ OPTIONS: tuple[Option, ...] = (
         panel="timing",
         least=0.0,
         slider=(8.0, 0.5),
+        methods=_SCORED,
     ),
     Option(
         name="keep_flights",
@@ -262,6 +274,7 @@ OPTIONS: tuple[Option, ...] = (
         panel="timing",
         least=0.0,
         slider=(48.0, 1.0),
+        methods=_SCORED,
     ),
     Option(
         name="content",
@@ -275,6 +288,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="How dear it is to leap over what happens",
         panel="more",
         least=0.0,
+        methods=_SCORED,
     ),
     Option(
         name="ends",
@@ -288,6 +302,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="How near to its own speed the clip begins and ends",
         panel="more",
         least=0.0,
+        methods=_SCORED,
     ),
     Option(
         name="smoothness",
@@ -303,6 +318,7 @@ OPTIONS: tuple[Option, ...] = (
         least=0.0,
         slider=(4.0, 0.05),
         curve="square",
+        methods=_ALL,
     ),
     Option(
         name="speed",
@@ -316,6 +332,7 @@ OPTIONS: tuple[Option, ...] = (
         label="Speed limits",
         hint="Slowest and fastest for the whole clip: 1/2..2, 50%..200%, ..2",
         panel="timing",
+        methods=_ALL,
     ),
     Option(
         name="loop",
@@ -351,6 +368,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="What makes a frame's speed look right",
         panel="search",
         choices=(Choice("joint", "Joint (the paper's)"), Choice("conditional", "Conditional")),
+        methods=_SCORED,
     ),
     Option(
         name="search",
@@ -386,6 +404,7 @@ OPTIONS: tuple[Option, ...] = (
             Choice("heading", "Heading"),
             Choice("signal", "Plain channels"),
         ),
+        methods=_ALL,
     ),
     Option(
         name="rate",
@@ -402,6 +421,7 @@ OPTIONS: tuple[Option, ...] = (
         unit="Hz",
         least=1.0,
         most=240.0,
+        methods=_ALL,
     ),
     Option(
         name="max_skip",
@@ -418,6 +438,7 @@ OPTIONS: tuple[Option, ...] = (
         panel="more",
         least=1,
         most=MAX_STEP,
+        methods=_ALL,
     ),
     Option(
         name="upsample",
@@ -433,6 +454,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="Into how many parts the search may divide a frame: 4 lets it play at a quarter of the speed",
         panel="more",
         least=1,
+        methods=_ALL,
     ),
     Option(
         name="n_neighbors",
@@ -462,6 +484,7 @@ OPTIONS: tuple[Option, ...] = (
         panel="more",
         unit="s",
         least=0.0,
+        methods=_ALL,
     ),
     Option(
         name="low_pass",
@@ -476,6 +499,7 @@ OPTIONS: tuple[Option, ...] = (
         panel="more",
         unit="Hz",
         least=0.0,
+        methods=_ALL,
     ),
     Option(
         name="smoothing",
@@ -489,15 +513,16 @@ OPTIONS: tuple[Option, ...] = (
         hint="Over how many of its frames the search evens out the speed; 0: it does not",
         panel="more",
         least=0,
+        methods=_ALL,
     ),
 )
 
 BY_NAME: Mapping[str, Option] = {option.name: option for option in OPTIONS}
 
 
-def names(stage: Stage) -> tuple[str, ...]:
-    """Name the options of a stage, in the order of their declaration."""
-    return tuple(option.name for option in OPTIONS if option.stage == stage)
+def names(stage: Stage, method: Method = "guided") -> tuple[str, ...]:
+    """Name the options of a stage that say something for a method, in the order of their declaration."""
+    return tuple(option.name for option in OPTIONS if option.stage == stage and method in option.methods)
 
 
 def default_of(name: str) -> Any:
