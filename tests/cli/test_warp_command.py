@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import retime
 from retime import read, read_warp, write
 from retime.search.options import OPTIONS
 from tests.cli.figures import curve, figure
@@ -304,6 +305,11 @@ def test_help_says_the_default_of_every_option(run) -> None:
         (["--reference-fps", "30"], "--reference-fps needs --reference"),
         (["--plot", "warp.gif"], ".svg or .pdf or .png"),
         (["--lenght", "65%"], "--length"),
+        (["--flight", "2..1"], "a span begins before it ends"),
+        (["--no-flight", "soon"], "expected a span of input time"),
+        (["--flight", "1..99"], "is no stretch of the clip"),
+        (["--flight", "1..2", "--method", "linear"], "--flight would have no effect"),
+        (["--no-flight", "1..2", "--variants", "2"], "can't be combined with --variants"),
     ],
 )
 def test_wrong_options_are_named(run, clips, options, says) -> None:
@@ -325,3 +331,17 @@ def test_a_motion_can_not_imitate_a_signal(run, clips) -> None:
     assert "jump is a motion, camera is a signal" in error
     write(curve("other"), Path("other.npz"))
     assert run("warp", clips.csv, "--reference", "other.npz", "--length", "80%").exit_code == 0
+
+
+def test_flights_are_put_right(run, clips, tmp_path) -> None:
+    clip = read(clips.bvh)
+    found = [(first / float(clip.rate), last / float(clip.rate)) for first, last in clip.flights()]
+    corrections = {
+        ("--no-flight", f"{found[0][0]!r}..{found[0][1]!r}"): found[1:],
+        ("--flight", "0.2..30f"): [(0.2, 0.5), *found],
+    }
+    for options, flights in corrections.items():
+        run("warp", clips.bvh, "--length", "60%", *options, "--save", "warp.json", "--force", "-q")
+        expected = retime.guided_warp(clip, length="60%", flights=flights).warp
+        np.testing.assert_array_equal(read_warp(tmp_path / "warp.json").input_times, expected.input_times)
+        assert not np.array_equal(expected.input_times, retime.guided_warp(clip, length="60%").warp.input_times)

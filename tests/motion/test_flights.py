@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from retime.motion import rotation
-from retime.motion.flights import flights, within
+from retime.motion.flights import corrected_flights, flights, within
 from retime.motion.kinematics import GRAVITY
 from retime.motion.motion import Motion
 from retime.motion.skeleton import Skeleton
@@ -282,3 +284,37 @@ class TestFlights:
     @pytest.mark.parametrize("n_frames", [1, 2, 3, 7])
     def test_a_clip_too_short_to_tell_has_none(self, n_frames: int) -> None:
         assert flights(self.stick(np.zeros(n_frames))) == []
+
+
+TABLE = json.loads(Path(__file__).with_name("flight_corrections.json").read_text())
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row["is"])
+def test_what_a_person_says_of_flights_holds(row: dict[str, Any]) -> None:
+    marked = {flies: [(start, end) for start, end, said in row["marks"] if said is flies] for flies in (True, False)}
+    found = [(start, end) for start, end in row["found"]]
+    expected = sorted([*((start, end) for start, end in row["left"]), *marked[True]])
+    assert corrected_flights(found, flown=marked[True], grounded=marked[False]) == expected
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_corrected_flights_are_what_each_moment_says(seed: int) -> None:
+    """Moment by moment: marked as flown; or found, in a flight that no mark touches, and not denied."""
+    rng = np.random.default_rng(seed)
+
+    def spans(n: int) -> list[tuple[float, float]]:
+        starts = rng.integers(0, 40, n)
+        return [
+            (float(start), float(start + length)) for start, length in zip(starts, rng.integers(1, 8, n), strict=True)
+        ]
+
+    found, flown, grounded = (spans(int(rng.integers(0, 5))) for _ in range(3))
+    corrected = corrected_flights(found, flown=flown, grounded=grounded)
+    assert corrected == sorted(corrected)
+    for moment in np.arange(0, 48) + 0.5:
+
+        def holds(stretches: list[tuple[float, float]], moment: float = moment) -> bool:
+            return any(start < moment < end for start, end in stretches)
+
+        untouched = [(a, b) for a, b in found if not any(start <= b and a <= end for start, end in flown)]
+        assert holds(corrected) == (holds(flown) or (holds(untouched) and not holds(grounded))), moment

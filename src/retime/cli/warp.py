@@ -16,7 +16,7 @@ from retime.cli.output_options import OutputOptions, output_options
 from retime.cli.search_options import flags_of, search_arguments, search_options
 from retime.cli.terminal import Stages
 from retime.cli.variants import LENGTHS, VariantOptions, read_count, read_lengths, read_seed
-from retime.cli.wish_options import NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
+from retime.cli.wish_options import FLIGHT_OPTIONS, NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
 from retime.errors import OptionError
 from retime.motion.grammar import WrittenKey, parse_frame_range, parse_number
 from retime.motion.rate import parse_rate
@@ -136,6 +136,8 @@ class _Request:
             raise OptionError(
                 f"{', '.join(refused)} can't be combined with --variants, which have lengths and keys of their own"
             )
+        if self.wishes.flown or self.wishes.grounded:
+            raise OptionError("--flight and --no-flight can't be combined with --variants: name spans with --lock")
 
     def _check_align(self) -> None:
         """Refuse what keeping step has no use for."""
@@ -148,6 +150,7 @@ class _Request:
         # How long the result is, and which of its frames are compared, is the reference's to say.
         useless = flags_of(name for name in self.search if name not in (*ANALYSIS, *SOLVE))
         useless += ["--reference-weight"] * bool(self.reference_weight)
+        useless += ["--flight"] * bool(self.wishes.flown) + ["--no-flight"] * bool(self.wishes.grounded)
         if useless:
             raise OptionError(
                 f"{', '.join(useless)} would have no effect: with --method align the output keeps the reference's "
@@ -257,7 +260,7 @@ _EXAMPLES = (
     default_text="80%..120%",
     help="The shortest and the longest of the variants.",
 )
-@search_options(usual={"length": "as the input"}, beside=WISHES_BESIDE)
+@search_options(usual={"length": "as the input"}, beside=WISHES_BESIDE | {"keep_flights": FLIGHT_OPTIONS})
 @wish_options
 @reference_options
 @click.option(
@@ -343,10 +346,12 @@ def _find(request: _Request, clips: list[AnyMotion], references: list[Reference]
         if request.method == "align":
             search = align(clip, references[0], repeat=request.repeat or 1.0, keys=keys, **options)
         else:
+            together = clips if request.group else [clip]
             search = guided_warp(
                 clips if request.group else clip,
                 reference=references or None,
                 keys=keys,
+                flights=request.wishes.flights(together),
                 **options,
             )
         return search.warp, search

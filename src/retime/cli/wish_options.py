@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -16,6 +16,7 @@ from retime.cli.help_sections import Option
 from retime.errors import OptionError
 from retime.motion.grammar import (
     WrittenLock,
+    WrittenSpan,
     parse_number,
     read_key,
     read_lock,
@@ -23,6 +24,7 @@ from retime.motion.grammar import (
 )
 
 if TYPE_CHECKING:
+    from retime.motion.any_motion import AnyMotion
     from retime.search.poses.spaces import PoseSpace
 
 
@@ -70,6 +72,29 @@ _WISHES = (
         callback=parsed(_kept),
         multiple=True,
         help="Don't cut input time A to B: it may be slowed down, not sped up.",
+    ),
+)
+
+FLIGHT_OPTIONS = (
+    click.option(
+        "--flight",
+        "flown",
+        cls=Option,
+        section="Control",
+        metavar="A..B",
+        callback=parsed(read_span),
+        multiple=True,
+        help="From input time A to B the figure flies, whatever was found there: also to move a flight's ends.",
+    ),
+    click.option(
+        "--no-flight",
+        "grounded",
+        cls=Option,
+        section="Control",
+        metavar="A..B",
+        callback=parsed(read_span),
+        multiple=True,
+        help="From input time A to B nothing flies, whatever was found there.",
     ),
 )
 
@@ -132,10 +157,12 @@ class WishOptions:
     weights: tuple[tuple[str, float], ...] = ()
     joint_map: tuple[Path, ...] = ()
     mirror: bool = False
+    flown: tuple[WrittenSpan, ...] = ()
+    grounded: tuple[WrittenSpan, ...] = ()
 
     def names_given(self) -> list[str]:
         """Return the options that were given, for messages."""
-        flags = {"locks": "--lock", "weights": "--joint-weight"}
+        flags = {"locks": "--lock", "weights": "--joint-weight", "flown": "--flight", "grounded": "--no-flight"}
         return [
             flags.get(name, f"--{name.replace('_', '-')}")
             for name in self.__dataclass_fields__
@@ -155,6 +182,20 @@ class WishOptions:
             joints = None if self.joints is None else tuple(name.strip() for name in self.joints.split(","))
             found["features"] = PoseOptions(space=features, joints=joints, weights=dict(self.weights))
         return found
+
+    def flights(self, clips: Sequence[AnyMotion]) -> list[tuple[float, float]] | None:
+        """Return the flights of clips, put right; None where nothing was said of them."""
+        if not self.flown and not self.grounded:
+            return None
+        from retime.motion.flights import corrected_flights
+        from retime.search.session import flights_of
+
+        rate = clips[0].rate
+        return corrected_flights(
+            flights_of(clips),
+            flown=[span.at(rate) for span in self.flown],
+            grounded=[span.at(rate) for span in self.grounded],
+        )
 
 
 def wish_options(function: Callable[..., None]) -> Callable[..., None]:

@@ -124,6 +124,40 @@ def _grown(free: BoolArray, first: int, stop: int, most: int, start: int, end: i
     return low, high
 
 
+def corrected_flights(
+    found: Sequence[tuple[float, float]],
+    *,
+    flown: Sequence[tuple[float, float]] = (),
+    grounded: Sequence[tuple[float, float]] = (),
+) -> list[tuple[float, float]]:
+    """Put right the flights that were found, by what a person says of some stretches.
+
+    Parameters
+    ----------
+    found : sequence of (float, float)
+        Start and end of each flight that was found, seconds.
+    flown : sequence of (float, float)
+        Stretches that are flights. Each stands in the place of every found one that it touches: so the ends of a flight
+        are moved.
+    grounded : sequence of (float, float)
+        Stretches in which nothing flies, but for what `flown` names: what was found there is cut away.
+
+    Returns
+    -------
+    list of (float, float)
+        In the order of time.
+
+    Examples
+    --------
+    >>> corrected_flights([(1.0, 1.5), (3.0, 3.5), (5.0, 5.5)], flown=[(1.1, 1.4)], grounded=[(2.9, 3.2), (5.0, 5.5)])
+    [(1.1, 1.4), (3.2, 3.5)]
+    """
+    left = [(a, b) for a, b in found if all(b < start or a > end for start, end in flown)]
+    for start, end in grounded:
+        left = [part for a, b in left for part in ((a, min(b, start)), (max(a, end), b)) if part[1] > part[0]]
+    return sorted([*left, *((float(start), float(end)) for start, end in flown)])
+
+
 def within(times: ArrayLike, spans: Sequence[tuple[float, float]], *, margin: float = 0.0) -> BoolArray:
     """Tell which times lie in one of some stretches, ends included.
 

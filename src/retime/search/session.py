@@ -362,14 +362,7 @@ class Session:
         """How much the input moves, and when it flies."""
         if self._tempo is None:
             poses = self._tracks.at_rate(self.rate, self.low_pass)
-            flights = self._flights
-            if flights is None:
-                flights = sorted(
-                    (first / float(clip.rate), last / float(clip.rate))
-                    for clip in self.clips
-                    if isinstance(clip, Motion)
-                    for first, last in clip.flights()
-                )
+            flights = flights_of(self.clips) if self._flights is None else self._flights
             self._tempo = tempo_of(poses, self.rate, self.time_scale, flights)
         return self._tempo
 
@@ -497,6 +490,16 @@ def _speeds(speed: str | Sequence[float | str] | None) -> tuple[float, float]:
         )
     low, high = (parse_speed(one) if isinstance(one, str) else real(one, "a speed", option="speed") for one in speed)
     return low, high
+
+
+def flights_of(clips: Sequence[AnyMotion]) -> list[tuple[float, float]]:
+    """Find the flights of clips that move together: start and end of each, seconds, in the order of time."""
+    return sorted(
+        (first / float(clip.rate), last / float(clip.rate))
+        for clip in clips
+        if isinstance(clip, Motion)
+        for first, last in clip.flights()
+    )
 
 
 def _read_flights(flights: Sequence[Sequence[float | str]], motion: AnyMotion) -> list[tuple[float, float]]:
