@@ -27,10 +27,15 @@ from retime.search.options import OPTIONS
         ({"options": {"length": "\ud800"}}, "half a letter"),
         ({"options": {"tempo": 1}}, 'options: unknown field "tempo"; it has length, '),
         ({"options": []}, "options: expected an object, found a list"),
-        ({"method": "magic"}, "method: expected one of guided, linear, spline"),
+        ({"method": "magic"}, "method: expected one of guided, align, linear, spline"),
         # Version 2 had it here.
         ({"length": "65%"}, 'unknown field "length"'),
         ({"tempo": 1}, 'unknown field "tempo"'),
+        ({"flights": [{"id": "f", "start": 0, "end": 1}] * 2}, "two flights have the same id"),
+        ({"flights": [{"id": "f", "start": 0}]}, r"flights\[0\]: end is missing"),
+        ({"flights": [{"id": "f", "start": 0, "end": 1, "flies": 1}]}, "flies: expected true or false"),
+        ({"example": {"start": 1}}, "example: end is missing"),
+        ({"repeat": "2"}, "repeat: expected a number"),
         ({"references": [{"counterparts": [{"clip": 1, "path": "b"}]}]}, "counterpart for clip 1, of 1 clips"),
         ({"references": [{"joints": [{"input": "a", "reference": "b"}] * 2}]}, "two joints for one of the clip's"),
     ],
@@ -39,6 +44,11 @@ def test_what_is_no_document_is_refused_with_its_place(change, says) -> None:
     value = {"clips": [{"path": "a.bvh"}], **change}
     with pytest.raises(FormatError, match=says):
         from_value(Document, value, "document")
+
+
+def test_what_older_programs_did_not_know_is_not_asked_for() -> None:
+    document = from_value(Document, {"clips": [{"path": "a.bvh"}]}, "document")
+    assert (document.flights, document.example, document.repeat) == ((), None, 1.0)
 
 
 def test_what_is_null_was_not_given() -> None:

@@ -175,3 +175,48 @@ def test_curve_follows_the_hand(rooms, record_property):
         assert measured["moves"] >= 40
         record_property(f"key moved to curve on screen, {pace} moves a second", json.dumps(measured))
     print(json.dumps(found))
+
+
+def test_flights_are_put_right_a_reference_is_kept_step_with_and_an_example_carried_over(rooms):
+    folder = Path(rooms["folder"])
+    clip = retime.sample()
+    retime.write(clip, folder / "sample.bvh")
+    retime.write(clip.frames(60, 500), folder / "other.bvh")
+    made = drive("ground.mjs", 240, clip=str(folder / "sample.bvh"), reference="other.bvh", **rooms)
+    clip, other = (retime.read(folder / name) for name in ("sample.bvh", "other.bvh"))
+    found = {
+        name: (read_project(Path(paths["project"])).document, retime.Warp.load(paths["warp"]))
+        for name, paths in made.items()
+    }
+
+    # What the page made is what the library makes of the same words, digit for digit.
+    document, warp = found["flights"]
+    flown = [(mark.start, mark.end) for mark in document.flights if mark.flies]
+    (denied,) = [(mark.start, mark.end) for mark in document.flights if not mark.flies]
+    first, second = [(first / 60, last / 60) for first, last in clip.flights()]
+    assert denied == second
+    assert sorted(flown)[-1] == (first[0], pytest.approx(first[1] - 10 / 60))
+    expected = retime.guided_warp(clip, length="60%", flights=flown).warp
+    np.testing.assert_array_equal(warp.input_times, expected.input_times)
+    assert not np.array_equal(warp.input_times, retime.guided_warp(clip, length="60%").warp.input_times)
+
+    document, warp = found["align"]
+    assert (document.method, document.repeat, document.options) == ("align", 1.5, {"length": "60%"})
+    with pytest.warns(retime.RetimeWarning, match="does not end as it begins"):
+        expected = retime.align(clip, other, repeat=1.5).warp
+    np.testing.assert_array_equal(warp.input_times, expected.input_times)
+
+    document, warp = found["propagate"]
+    assert document.example is not None
+    assert (document.example.start, document.example.end) == (2.0, 3.4)
+    keys = [(key.input_time, key.output_time) for key in document.keys]
+    whole = retime.guided_warp(clip, keys=keys, flights=flown).warp
+    outputs = np.interp([2.0, 3.4], whole.input_times, whole.output_times)
+    inside = whole.output_times[(whole.output_times > outputs[0]) & (whole.output_times < outputs[1])]
+    times = np.concatenate([outputs[:1], inside, outputs[1:]])
+    hand = retime.Warp(times - times[0], whole(times) - 2.0)
+    with pytest.warns(retime.RetimeWarning, match="the example says little"):
+        # The keytime after the example holds in the result, too.
+        expected = retime.imitate(clip, (120, 205), hand, keys=keys[1:]).warp
+    np.testing.assert_allclose(warp.input_times, expected.input_times, atol=1e-9)
+    assert len(list(Path(rooms["shots"]).glob("*_dark.png"))) >= 4

@@ -6,8 +6,10 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from retime import Reference, guided_warp, read, write
+from retime import Reference, RetimeWarning, Warp, guided_warp, imitate, read, write
+from retime.motion.contacts import contacts
 from tests.server.serving import KEY, Served, serving
 
 
@@ -111,3 +113,55 @@ def test_another_clip_is_sent_where_the_document_names_it(served) -> None:
         with served.page() as late:
             late.until("curve")
             assert [message["what"] for message in late.mail if message["type"] == "clip"] == ["clip"]
+
+
+def test_feet_and_flights_are_told_with_their_clip(served: Served) -> None:
+    clip = read(served.folder / "jump.bvh")
+    with served.page() as page:
+        told = page.until("clip")
+    rate = float(clip.rate)
+    np.testing.assert_allclose(told["flights"], [[first / rate, last / rate] for first, last in clip.flights()])
+    found = contacts(clip)
+    ends = [f"end of {clip.skeleton.names[site.parent]}" for site in clip.skeleton.end_sites]
+    assert told["feet"] == [
+        clip.skeleton.names[foot.joint] if foot.end_site is None else ends[foot.end_site] for foot in found.feet
+    ]
+    standing = np.zeros(found.at_rest.shape, dtype=bool)
+    for foot, start, end in told["contacts"]:
+        standing[round(start * rate) : round(end * rate) + 1, int(foot)] = True
+    np.testing.assert_array_equal(standing, found.at_rest)
+
+
+def test_what_a_synchronised_frame_was_matched_with_lies_in_its_reference(folder) -> None:
+    end = read(folder / "leap.bvh").end_time
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(references=[{"path": "leap.bvh", "mirror": True}], method="align", repeat=1.5)
+        curve, why = page.curve(), page.until("why", revision=page.revision)
+    assert curve["method"] == "align"
+    times = why["matched_times"][1:-1, 0]
+    # Its own clock, from the beginning again where it is repeated.
+    np.testing.assert_allclose(times, np.fmod(why["output_times"][1:-1], end), atol=1e-6)
+    assert why["sources"] == [0]
+    assert why["mirrored"] == [why["references"][0].endswith(", mirrored")]
+
+
+def test_how_much_an_example_speaks_for_is_told_with_the_curve(folder) -> None:
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(keys=[KEY], method="linear", example={"start": 0.5, "end": 1.5})
+        curve, why = page.curve(), page.until("why", revision=page.revision)
+        page.edit(example=None)
+        without = page.curve()
+    # The keytime has the input play 4/3 times as fast before it.
+    hand = Warp(np.array([0.0, 0.75]), np.array([0.0, 1.0]))
+    with pytest.warns(RetimeWarning):
+        expected = imitate(read(folder / "jump.bvh"), (30, 91), hand)
+    assert expected.example is not None
+    assert curve["spoken_share"] == expected.example.share < 1
+    np.testing.assert_array_equal(curve["unspoken"], np.reshape(expected.example.unspoken, (-1, 2)))
+    assert curve["example_warnings"] == list(expected.example.warnings)
+    np.testing.assert_allclose(curve["hand_input_times"], [0.5, 1.5])
+    np.testing.assert_allclose(curve["hand_output_times"], [0.375, 1.125])
+    # What was matched is told in the time of the clip, not of the stretch.
+    assert np.nanmin(why["matched_times"]) >= 0.5
+    assert np.nanmax(why["matched_times"]) <= 1.5
+    assert (without["spoken_share"], without["example_warnings"], len(without["hand_output_times"])) == (None, [], 0)

@@ -1,14 +1,18 @@
-/** Deleting a keytime or a lock, wherever that is asked for. */
+/** Deleting a keytime, a lock or a flight, wherever that is asked for. */
 
 import type { Connection } from "./connection";
 import { deleteKey, deleteLock } from "./document";
+import { findFlight, removeFlight } from "./flights";
 import type { Selection, Store } from "./store";
 
-/** Delete a keytime or a lock, and deselect it. The end of the output can't be deleted. */
+/** Delete a keytime, a lock or a flight, and deselect it. The end of the output can't be deleted. */
 export function deleteItem(store: Store, connection: Connection, item: Selection): void {
   const { document, selection } = store;
   if (!document || !item) return;
   if (item.kind !== "end" && selection?.kind === item.kind && selection.id === item.id) store.select(null);
   if (item.kind === "key") connection.edit(deleteKey(document, item.id), "delete key");
   if (item.kind === "lock") connection.edit(deleteLock(document, item.id), "delete lock");
+  const flight = item.kind === "flight" ? findFlight(store.flights, item.id) : null;
+  // What was found can't be forgotten, but it can be denied.
+  if (flight) connection.edit(removeFlight(document, flight), flight.marked ? "take back flight" : "deny flight");
 }

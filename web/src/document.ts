@@ -7,7 +7,7 @@ import type { Knots } from "./warp";
 
 /** An id that no key or lock of the document has. */
 export function freshId(document: Document, letter: string): string {
-  const taken = new Set([...document.keys, ...document.locks].map((one) => one.id));
+  const taken = new Set([...document.keys, ...document.locks, ...document.flights].map((one) => one.id));
   let n = 1;
   while (taken.has(`${letter}${n}`)) n++;
   return `${letter}${n}`;

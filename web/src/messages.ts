@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 3;
+export const VERSION = 4;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
@@ -62,6 +62,20 @@ export interface LockedTime {
   readonly end: number;
   readonly slowest: number;
   readonly fastest: number;
+}
+
+/** What a person says of a stretch of the input: it is a flight, or none. */
+export interface FlightMark {
+  readonly id: string;
+  readonly start: number;
+  readonly end: number;
+  readonly flies: boolean;
+}
+
+/** A stretch that was retimed by hand, whose timing is carried over to the rest of the clip. */
+export interface Example {
+  readonly start: number;
+  readonly end: number;
 }
 
 /** The options of the search that were given. */
@@ -126,7 +140,10 @@ export interface Document {
   readonly references: readonly ReferenceFile[];
   readonly keys: readonly Key[];
   readonly locks: readonly LockedTime[];
-  readonly method: "guided" | "linear" | "spline";
+  readonly method: "guided" | "align" | "linear" | "spline";
+  readonly repeat: number;
+  readonly flights: readonly FlightMark[];
+  readonly example: Example | null;
   readonly average: boolean;
   readonly options: Options;
   readonly kept: readonly KeptWarp[];
@@ -315,6 +332,8 @@ export interface Clip {
   readonly positions: Float32Array;
   readonly values: Float64Array;
   readonly flights: Float64Array;
+  readonly feet: readonly string[];
+  readonly contacts: Float64Array;
   readonly counterparts: readonly string[];
 }
 
@@ -343,6 +362,11 @@ export interface Curve {
   readonly spline_output_times: Float64Array;
   readonly spline_input_times: Float64Array;
   readonly costs: Float64Array;
+  readonly spoken_share: number | null;
+  readonly unspoken: Float64Array;
+  readonly example_warnings: readonly string[];
+  readonly hand_output_times: Float64Array;
+  readonly hand_input_times: Float64Array;
 }
 
 /** Why the curve of a revision is as it is; sent after `Curve` when no newer document waits. */

@@ -1,6 +1,7 @@
 /** What the page shows: one place that holds it, and says what changed. */
 
 import { throughKeys } from "./document";
+import { type Flight, flightsOf } from "./flights";
 import type { Clip, Curve, Document, Problem, State, Why } from "./messages";
 import { type PlaybackState, STILL } from "./playback";
 import { PLAIN_VIEW, recallView, rememberView, type ViewSettings } from "./view_settings";
@@ -23,6 +24,7 @@ export type Topic =
 export type Selection =
   | { readonly kind: "key"; readonly id: string }
   | { readonly kind: "lock"; readonly id: string }
+  | { readonly kind: "flight"; readonly id: string }
   | { readonly kind: "end" }
   | null;
 
@@ -143,6 +145,11 @@ export class Store {
 
   get clip(): Clip | null {
     return this.clips[0] ?? null;
+  }
+
+  /** When the figures that are searched are in the air: as it was found, and put right by hand. */
+  get flights(): readonly Flight[] {
+    return this.document ? flightsOf(this.document, this.clips) : [];
   }
 
   /** The place of the reference that is looked at; the last one where that is gone. */

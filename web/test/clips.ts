@@ -23,6 +23,8 @@ export function clipOf(change: Partial<Clip>): Clip {
     positions: new Float32Array(),
     values: new Float64Array(),
     flights: new Float64Array(),
+    feet: [],
+    contacts: new Float64Array(),
     ...change,
   };
 }
@@ -52,4 +54,9 @@ export const CURVE: Curve = {
   spline_output_times: Float64Array.of(0, 2),
   spline_input_times: Float64Array.of(0, 4),
   costs: new Float64Array(),
+  spoken_share: null,
+  unspoken: new Float64Array(),
+  example_warnings: [],
+  hand_output_times: new Float64Array(),
+  hand_input_times: new Float64Array(),
 };

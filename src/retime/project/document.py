@@ -159,6 +159,40 @@ class LockedTime:
     fastest: float = 1.0
 
 
+@dataclass(frozen=True)
+class FlightMark:
+    """What a person says of a stretch of the input: it is a flight, or none.
+
+    Attributes
+    ----------
+    id : str
+        Stays with it while it is moved.
+    start, end : float
+        Input time, seconds.
+    flies : bool
+        A flight, in the place of every one that was found and that it touches; or none, whatever was found there.
+    """
+
+    id: str
+    start: float
+    end: float
+    flies: bool = True
+
+
+@dataclass(frozen=True)
+class Example:
+    """A stretch that was retimed by hand, whose timing is carried over to the rest of the clip.
+
+    Attributes
+    ----------
+    start, end : float
+        Input time, seconds. The keytimes in it shape the example; those outside hold in the result.
+    """
+
+    start: float
+    end: float
+
+
 def _held_by(option: Option) -> Any:
     """Return the type that holds an option in a document."""
     if option.kind == "choice":
@@ -205,8 +239,14 @@ class Document:
         In any order.
     locks : tuple of LockedTime
         In any order.
-    method : {"guided", "linear", "spline"}
-        Search for a warp, or only join the keytimes.
+    method : {"guided", "align", "linear", "spline"}
+        Search for a warp, keep step with the reference, or only join the keytimes.
+    repeat : float
+        With the method "align": how often the reference is played; 1 or more.
+    flights : tuple of FlightMark
+        Corrections of the flights that are found. In any order.
+    example : Example, optional
+        What the method makes of this stretch is carried over to the rest of the clip.
     average : bool
         Average the input where it is sped up.
     options : dict of str to value
@@ -220,7 +260,10 @@ class Document:
     references: tuple[ReferenceFile, ...] = ()
     keys: tuple[Key, ...] = ()
     locks: tuple[LockedTime, ...] = ()
-    method: Literal["guided", "linear", "spline"] = "guided"
+    method: Literal["guided", "align", "linear", "spline"] = "guided"
+    repeat: float = 1.0
+    flights: tuple[FlightMark, ...] = ()
+    example: Example | None = None
     average: bool = True
     # Equal documents have equal options, but a dict has no hash.
     options: Options = field(default_factory=dict, hash=False)
@@ -243,6 +286,7 @@ class Document:
         for what, ids in (
             ("keys", [key.id for key in self.keys]),
             ("locks", [lock.id for lock in self.locks]),
+            ("flights", [flight.id for flight in self.flights]),
             ("kept warps", [warp.id for warp in self.kept]),
         ):
             if len(set(ids)) < len(ids):

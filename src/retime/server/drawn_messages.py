@@ -7,6 +7,7 @@ import numpy as np
 from retime.errors import OptionError
 from retime.evaluate.metrics.flights import flight_spans
 from retime.motion.any_motion import AnyMotion
+from retime.motion.contacts import contacts
 from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
@@ -59,10 +60,13 @@ def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> 
 def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, counterparts: tuple[str, ...]) -> Clip:
     names, parents = clip_nodes(clip)
     positions, values = np.zeros((0, 0, 3)), np.zeros((0, 0))
+    feet: tuple[str, ...] = ()
+    stands: list[tuple[float, float, float]] = []
     if isinstance(clip, Motion):
         poses = global_poses(clip)
         positions = np.concatenate([poses.positions, poses.end_positions], axis=1)
         positions *= metres_per_unit(clip)
+        feet, stands = _contacts(clip)
     else:
         values = clip.values
     return Clip(
@@ -82,8 +86,19 @@ def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, 
         positions=positions.astype(np.float32),
         values=values,
         flights=np.array(flight_spans(clip), dtype=np.float64).reshape(-1, 2),
+        feet=feet,
+        contacts=np.array(stands, dtype=np.float64).reshape(-1, 3),
         counterparts=counterparts,
     )
+
+
+def _contacts(clip: Motion) -> tuple[tuple[str, ...], list[tuple[float, float, float]]]:
+    """Name the feet, and say when they stand: which, from when to when (seconds)."""
+    found = contacts(clip)
+    rate = float(clip.rate)
+    names, joints = clip_nodes(clip)[0], len(clip.skeleton.names)
+    feet = tuple(names[foot.joint if foot.end_site is None else joints + foot.end_site] for foot in found.feet)
+    return feet, [(one.foot, one.first_frame / rate, one.last_frame / rate) for one in found.spans()]
 
 
 def clip_nodes(clip: AnyMotion) -> tuple[tuple[str, ...], tuple[int, ...]]:
@@ -101,6 +116,8 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
     warp, search = solution.warp, solution.search
     rate = float(solution.sources.clips[0].rate)
     linear, spline = ghosts(solution)
+    reading = None if search is None else search.example
+    hand = solution.hand
     return Curve(
         revision=revision,
         rate=rate,
@@ -124,6 +141,11 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
         spline_output_times=spline.output_times,
         spline_input_times=spline.input_times,
         costs=np.zeros(0) if search is None else np.concatenate([[np.nan], search.path.scores, [np.nan]]),
+        spoken_share=None if reading is None else reading.share,
+        unspoken=np.array(() if reading is None else reading.unspoken, dtype=np.float64).reshape(-1, 2),
+        example_warnings=() if reading is None else reading.warnings,
+        hand_output_times=np.zeros(0) if hand is None else hand.output_times,
+        hand_input_times=np.zeros(0) if hand is None else hand.input_times,
     )
 
 
@@ -137,11 +159,22 @@ def why_message(revision: int, solution: Solution) -> Why | None:
     if solution.search is None:
         return None
     reasons = solution.search.explain()
+    document, matched_times = solution.document, reasons.reference_times
     # Each reference is followed by its mirror image, where that was asked for.
     sources, mirrored = [], []
-    for i, file in enumerate(solution.document.references):
-        sources += [i] * (1 + file.mirror)
-        mirrored += [False] + [True] * file.mirror
+    if solution.hand is not None:
+        # The example is a stretch of the clip itself.
+        matched_times = matched_times + solution.hand.input_times[0]
+    elif document.method == "align":
+        # It is followed as it is, or in the mirror, whichever was nearer; and from its beginning again.
+        (reference,) = solution.sources.references
+        sources, mirrored = [0], [reasons.reference_names[0] != reference.label]
+        if document.repeat > 1:
+            matched_times = np.fmod(matched_times, reference.clips[0].end_time)
+    else:
+        for i, file in enumerate(document.references):
+            sources += [i] * (1 + file.mirror)
+            mirrored += [False] + [True] * file.mirror
     n_output, n_neighbors = reasons.references.shape
     return Why(
         revision=revision,
@@ -155,7 +188,7 @@ def why_message(revision: int, solution: Solution) -> Why | None:
         speeds=reasons.speeds,
         scores=reasons.scores,
         matched=reasons.references.astype(np.int32),
-        matched_times=reasons.reference_times,
+        matched_times=matched_times,
         binding=np.array(
             [sum(1 << BINDINGS.index(word) for word in words.split("+") if word) for words in reasons.binding],
             dtype=np.uint8,

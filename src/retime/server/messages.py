@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 3
+VERSION = 4
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -411,7 +411,11 @@ class Clip:
     values : float64 array, shape (n_frames, number of channels)
         The channels of a signal; empty for a motion.
     flights : float64 array, shape (n, 2)
-        Beginning and end of each flight, seconds.
+        Beginning and end of each flight that was found, seconds.
+    feet : list of str
+        Names of the feet.
+    contacts : float64 array, shape (n, 3)
+        When they stand: which foot, from when to when, seconds.
     counterparts : list of str
         Of a reference: for each joint (or channel) of the first clip the reference's that stands for it, empty where
         none does. Of a clip empty.
@@ -433,6 +437,8 @@ class Clip:
     positions: Float32s
     values: Float64s
     flights: Float64s
+    feet: tuple[str, ...]
+    contacts: Float64s
     counterparts: tuple[str, ...]
 
     __repr__ = brief_repr
@@ -477,6 +483,14 @@ class Curve:
         Knots of the spline through the keytimes.
     costs : float64 array
         What the search paid for each output frame at the analysis rate; nan at the ends. Empty where there was none.
+    spoken_share : float, optional
+        Where an example is carried over: how much of the clip it speaks for, from 0 to 1.
+    unspoken : float64 array, shape (n, 2)
+        Stretches of the input for which it does not, seconds.
+    example_warnings : list of str
+        What a person should know before trusting it, in sentences.
+    hand_output_times, hand_input_times : float64 arrays
+        Knots of the example as the method plays it; empty where none is carried over.
     """
 
     revision: int
@@ -501,6 +515,11 @@ class Curve:
     spline_output_times: Float64s
     spline_input_times: Float64s
     costs: Float64s
+    spoken_share: float | None
+    unspoken: Float64s
+    example_warnings: tuple[str, ...]
+    hand_output_times: Float64s
+    hand_input_times: Float64s
 
     __repr__ = brief_repr
 

@@ -6,8 +6,10 @@ import type { Store, Topic } from "../store";
 import type { Dialogs } from "./dialogs/dialogs";
 import { clipsSection } from "./sections/clips";
 import { compareSection } from "./sections/compare";
+import { flightsSection } from "./sections/flights";
 import { keytimeSection } from "./sections/keytime";
 import { locksSection } from "./sections/locks";
+import { propagateSection } from "./sections/propagate";
 import { referencesSection } from "./sections/references";
 import { searchSection } from "./sections/search";
 import { FaultyFields, type Section } from "./sections/section";
@@ -30,6 +32,8 @@ export class Inspector {
       keytimeSection,
       timingSection,
       locksSection,
+      flightsSection,
+      propagateSection,
       referencesSection,
       compareSection,
       clipsSection,

@@ -26,6 +26,11 @@ export function optionRows(side: Side, panel: OptionPanel): readonly OptionRow[]
   return OPTIONS.filter((option) => option.panel === panel).map((option) => optionRow(side, option));
 }
 
+/** Whether an option says something for the document's method; what was given waits until it does again. */
+function says({ method, example }: Document, { methods }: Option): boolean {
+  return methods.includes(method) || (example !== null && methods.includes("hand"));
+}
+
 /** What was given for an option; undefined: nothing. */
 export function givenOf(document: Document, option: Option): Value | undefined {
   return document.options[option.name];
@@ -60,7 +65,8 @@ function optionRow(side: Side, option: Option): OptionRow {
       const given = givenOf(document, option);
       control.show(given);
       // What can't be used where the length is not free is shown if it is given: someone has to take it back.
-      control.root.hidden = option.needsFree && document.options.length !== "free" && given === undefined;
+      const waits = option.needsFree && document.options.length !== "free" && given === undefined;
+      control.root.hidden = waits || !says(document, option);
     },
   };
 }
@@ -175,7 +181,8 @@ export function foldedRows(side: Side, panel: OptionPanel): { root: HTMLElement;
     root,
     update(document) {
       for (const row of rows) row.update(document);
-      const count = rows.filter(({ option }) => givenOf(document, option) !== undefined).length;
+      const count = rows.filter(({ option, root }) => !root.hidden && givenOf(document, option) !== undefined).length;
+      root.hidden = rows.every((row) => row.root.hidden);
       setText(said, count > 0 ? `${count} set` : "");
       if (rows.some(({ option }) => side.store.problem?.field === `options.${option.name}`)) root.open = true;
     },

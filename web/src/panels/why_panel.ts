@@ -1,6 +1,8 @@
 /** Why: the frame under the pointer, or at the playhead. */
 
 import { make, setText } from "../dom";
+import { flightText, standing } from "../flights";
+import { isWithin } from "../propagation";
 import type { Store, Topic } from "../store";
 import { at, inputAt, speedAt } from "../warp";
 import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../why";
@@ -14,12 +16,18 @@ export class WhyPanel {
   private readonly scoreText = make("span");
   private readonly matched = make("dd");
   private readonly bound = make("dd");
+  private readonly feet = make("dd");
+  private readonly spoken = make("dd");
+  private readonly feetRow: HTMLElement[];
+  private readonly spokenRow: HTMLElement[];
   private readonly solved = make("dd");
   private ranked: Float64Array = new Float64Array(0);
 
   constructor(private readonly store: Store) {
     this.score.append(this.bar, this.scoreText);
     const row = (name: string, value: HTMLElement): HTMLElement[] => [make("dt", {}, name), value];
+    this.feetRow = row("Feet", this.feet);
+    this.spokenRow = row("Example", this.spoken);
     this.root = make(
       "section",
       { class: "why", "aria-label": "Why" },
@@ -31,18 +39,22 @@ export class WhyPanel {
         ...row("Score", this.score),
         ...row("Matched", this.matched),
         ...row("Bound by", this.bound),
+        ...this.feetRow,
+        ...this.spokenRow,
         ...row("Search", this.solved),
       ),
     );
   }
 
   update(changed: Set<Topic>): void {
-    if (!["hover", "playhead", "why", "curve"].some((topic) => changed.has(topic as Topic))) return;
+    if (!["hover", "playhead", "why", "curve", "document", "clips"].some((topic) => changed.has(topic as Topic)))
+      return;
     const { why, knots, curve, hover, playback, rate } = this.store;
     if (changed.has("why")) this.ranked = why ? rankedScores(why) : new Float64Array(0);
     if (!knots || !curve) return;
     const time = hover ?? playback.outputTime;
     setText(this.title, `Why, at output ${time.toFixed(2)} s (frame ${Math.round(time * rate)})`);
+    this.tellGround(inputAt(knots, time));
     setText(this.shows, `input ${inputAt(knots, time).toFixed(2)} s at ${speedAt(knots, time).toFixed(2)}×`);
     setText(
       this.solved,
@@ -70,6 +82,25 @@ export class WhyPanel {
     );
     const words = bindingWords(at(why.binding, row));
     setText(this.bound, words.length > 0 ? words.join(", ") : "nothing");
+  }
+
+  /** Whether the figure stands or flies at an input time, and whether an example speaks for it. */
+  private tellGround(time: number): void {
+    const { clip, curve, document, flights } = this.store;
+    const figure = clip?.holds === "motion";
+    for (const part of this.feetRow) part.hidden = !figure;
+    if (clip && figure) {
+      const flight = flights.find(({ start, end }) => start <= time && time <= end);
+      const feet = standing(clip, time);
+      const stand = feet.length > 0 ? `${feet.join(", ")} on the ground` : "none at rest";
+      setText(this.feet, flight ? flightText(flight) : stand);
+    }
+    for (const part of this.spokenRow) part.hidden = !document?.example;
+    const example = document?.example;
+    if (!example || !curve) return;
+    const inExample = example.start <= time && time <= example.end;
+    const silent = isWithin(curve.unspoken, time) ? "has nothing like this: own speed" : "speaks for this";
+    setText(this.spoken, inExample ? "this is it" : curve.spoken_share === null ? "not known" : silent);
   }
 }
 

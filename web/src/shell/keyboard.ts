@@ -21,6 +21,7 @@ export const BY_HAND: readonly (readonly [string, string])[] = [
   ["Shift while dragging", "Move a keytime along one axis"],
   ["Alt while dragging", "Turn snapping off, or on"],
   ["Drag the input times", "Lock a span"],
+  ["Drag along the feet", "Mark a flight"],
   ["Scroll, Shift+scroll", "Zoom, move along"],
   ["Arrows on a keytime", "Move it by a frame, with Shift by ten"],
   ["Double-click a speed", "Set it free again"],

@@ -20,6 +20,8 @@ export interface Layout {
   readonly gutter: Box;
   readonly speed: Box;
   readonly heat: Box;
+  /** When feet stand, and flights; without a figure it has no height. */
+  readonly feet: Box;
   readonly reference: Box;
 }
 
@@ -27,18 +29,22 @@ export const GUTTER = 72;
 /** Heights, pixels. */
 const RULER = 22;
 const HEAT = 15;
+const FEET = 17;
 const REFERENCE = 30;
 /** From a keytime to an end of its tangent. */
 const TANGENT = 46;
 
-export function layoutOf(width: number, height: number): Layout {
+export function layoutOf(width: number, height: number, { hasFeet = false } = {}): Layout {
   const wide = Math.max(width - GUTTER - 10, 40);
-  const rest = Math.max(height - RULER - HEAT - REFERENCE - 12, 80);
+  const feetHeight = hasFeet ? FEET : 0;
+  const feetRoom = hasFeet ? FEET + 4 : 0;
+  const rest = Math.max(height - RULER - HEAT - feetRoom - REFERENCE - 12, 80);
   const speedHeight = Math.round(clamp(rest * 0.36, 48, 150));
   const map = { x: GUTTER, y: RULER, width: wide, height: rest - speedHeight };
   const speed = { x: GUTTER, y: map.y + map.height + 4, width: wide, height: speedHeight };
   const heat = { x: GUTTER, y: speed.y + speed.height + 4, width: wide, height: HEAT };
-  const reference = { x: GUTTER, y: heat.y + heat.height + 4, width: wide, height: REFERENCE };
+  const feet = { x: GUTTER, y: heat.y + heat.height + 4, width: wide, height: feetHeight };
+  const reference = { x: GUTTER, y: heat.y + heat.height + 4 + feetRoom, width: wide, height: REFERENCE };
   return {
     width,
     height,
@@ -47,6 +53,7 @@ export function layoutOf(width: number, height: number): Layout {
     gutter: { x: 0, y: map.y, width: GUTTER, height: map.height },
     speed,
     heat,
+    feet,
     reference,
   };
 }

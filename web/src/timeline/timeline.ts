@@ -1,8 +1,10 @@
 /** The timeline: the time map and the speed over one axis of output time, with what can be dragged on top. */
 
 import type { Connection } from "../connection";
-import { addKey, addLock } from "../document";
+import { addKey, addLock, freshId } from "../document";
 import { make } from "../dom";
+import { markFlight } from "../flights";
+import type { Document } from "../messages";
 import { snapped } from "../scale";
 import type { Store, Topic } from "../store";
 import type { Theme } from "../theme";
@@ -57,11 +59,11 @@ export class Timeline {
       this.handles.place(this.layout, this.scales);
       return;
     }
-    this.layout = layoutOf(clientWidth, clientHeight);
+    this.layout = layoutOf(clientWidth, clientHeight, { hasFeet: this.store.clip?.holds === "motion" });
     if (!this.store.dragging) this.scales = this.zoom.scales(this.scales);
     this.surface.paint(this.layout, this.scales, changed);
     this.handles.place(this.layout, this.scales);
-    this.legend.place(this.layout);
+    this.legend.update(this.layout, this.store);
     this.chooser.update(this.layout);
     this.trouble.update(this.layout, this.scales);
   }
@@ -88,6 +90,7 @@ export class Timeline {
       const { x, y } = place(down);
       if (down.button === 1 || down.altKey) return this.pan();
       if (inside(this.layout.gutter, x, y) && store.document) return this.drawLock(y);
+      if (inside(this.layout.feet, x, y) && this.layout.feet.height > 0 && store.knots) return this.drawFlight(x);
       if (y > this.layout.heat.y + this.layout.heat.height) return null;
       if (x < GUTTER - 8) return null;
       store.select(null);
@@ -123,7 +126,8 @@ export class Timeline {
       const over =
         x >= map.x && x <= map.x + map.width && y >= map.y && y <= heat.y + heat.height && time(event) <= end;
       store.point(over ? Math.max(0, time(event)) : null);
-      canvas.style.cursor = inside(this.layout.gutter, x, y) ? "row-resize" : "default";
+      const cursor = inside(this.layout.gutter, x, y) ? "row-resize" : "default";
+      canvas.style.cursor = inside(this.layout.feet, x, y) && this.layout.feet.height > 0 ? "col-resize" : cursor;
     });
     this.root.addEventListener("pointerleave", () => store.point(null));
   }
@@ -163,33 +167,54 @@ export class Timeline {
 
   /** A drag along the input times draws a lock. */
   private drawLock(startY: number): Drag {
+    const timeAt = (_dx: number, dy: number): number => inputTimeAt(this.layout, this.scales, startY + dy);
+    return this.drawSpan("lock", timeAt, (document, start, end) => addLock(document, start, end));
+  }
+
+  /** A drag along the feet draws a flight. */
+  private drawFlight(startX: number): Drag {
+    const { store } = this;
+    const timeAt = (dx: number): number => store.shownInput(outputTimeAt(this.layout, this.scales, startX + dx));
+    return this.drawSpan("flight", timeAt, (document, start, end) => {
+      const id = freshId(document, "f");
+      return [markFlight(document, { id, start, end, flies: true }), id];
+    });
+  }
+
+  /** A drag draws a span of input time. */
+  private drawSpan(
+    kind: "lock" | "flight",
+    timeAt: (dx: number, dy: number) => number,
+    add: (document: Document, start: number, end: number) => [Document, string],
+  ): Drag {
     const { store, connection } = this;
     const gesture = connection.newGesture();
     const before = store.document;
-    const from = snapped(inputTimeAt(this.layout, this.scales, startY), store.rate);
+    const from = snapped(timeAt(0, 0), store.rate);
+    const label = `add ${kind}`;
     let id: string | null = null;
     let latest = before;
     return {
-      move: (_dx, dy) => {
+      move: (dx, dy) => {
         if (!before) return;
         store.beginDrag();
-        const to = snapped(inputTimeAt(this.layout, this.scales, startY + dy), store.rate);
+        const to = snapped(timeAt(dx, dy), store.rate);
         const start = Math.max(0, Math.min(from, to));
         const end = Math.min(store.inputEnd, Math.max(from, to));
         if (end - start < 2 / store.rate) return;
-        [latest, id] = addLock(before, start, end);
-        connection.edit(latest, "add lock", gesture, false);
+        [latest, id] = add(before, start, end);
+        connection.edit(latest, label, gesture, false);
       },
       end: () => {
         store.endDrag();
         if (id && latest) {
-          connection.edit(latest, "add lock", gesture, true);
-          store.select({ kind: "lock", id });
+          connection.edit(latest, label, gesture, true);
+          store.select({ kind, id });
         }
       },
       cancel: () => {
         store.endDrag();
-        if (id && before) connection.edit(before, "add lock", gesture, true);
+        if (id && before) connection.edit(before, label, gesture, true);
       },
     };
   }

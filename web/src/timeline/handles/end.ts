@@ -26,7 +26,9 @@ export class EndHandle {
     const { map } = layout;
     const x = hand.overlayX(outputEnd);
     const y = inputY(layout, scales, store.inputEnd);
-    move(element, x, clamp(y, map.y, map.y + map.height), store.knots !== null && x > 4 && x < map.width + 23);
+    // In step with a reference, how long it lasts is the reference's to say.
+    const pullable = store.knots !== null && (hand.document.method !== "align" || hand.document.example !== null);
+    move(element, x, clamp(y, map.y, map.y + map.height), pullable && x > 4 && x < map.width + 23);
     describe(element, outputEnd, 0, 10 * Math.max(outputEnd, 1), `${outputEnd.toFixed(3)} s`);
     element.classList.toggle("selected", store.selection?.kind === "end");
   }

@@ -1,10 +1,11 @@
-/** What of the timeline can be taken hold of: keytimes, their speeds, the end, locks, and the reference's range. */
+/** What of the timeline can be taken hold of: keytimes, their speeds, the end, locks, flights, and the reference's range. */
 
 import type { Connection } from "../../connection";
 import { make } from "../../dom";
 import type { Store } from "../../store";
 import type { Layout, Scales } from "../layout";
 import { EndHandle } from "./end";
+import { FlightHandles } from "./flights";
 import { Hand, MARGIN } from "./hand";
 import { KeyHandles } from "./keys";
 import { LockHandles } from "./locks";
@@ -17,7 +18,7 @@ export class Handles {
   readonly overlay = make("div", {
     class: "overlay",
     role: "group",
-    "aria-label": "Keytimes, speeds and reference range",
+    "aria-label": "Keytimes, speeds, flights and reference range",
   });
   readonly gutter = make("div", { class: "overlay", role: "group", "aria-label": "Locks" });
   private readonly hand: Hand;
@@ -43,6 +44,7 @@ export class Handles {
       tangents,
       range,
       new LockHandles(hand, this.gutter),
+      new FlightHandles(hand, this.overlay),
     ];
   }
 

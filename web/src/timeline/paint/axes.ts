@@ -54,6 +54,7 @@ export function speedAxis(canvas: Canvas): void {
   }
   label(canvas, "Speed", 8, layout.speed.y + 9, "left", palette.muted);
   label(canvas, "Score", 8, layout.heat.y + layout.heat.height / 2, "left", palette.muted);
+  if (layout.feet.height > 0) label(canvas, "Feet", 8, layout.feet.y + layout.feet.height / 2, "left", palette.muted);
   // Of several one is shown; which, is chosen there.
   if ((canvas.store.document?.references.length ?? 0) > 1) return;
   label(canvas, "Reference", 8, layout.reference.y + layout.reference.height / 2, "left", palette.reference);

@@ -48,7 +48,8 @@ export function speedCurves(canvas: Canvas): void {
   });
 }
 
-function mapCurve(canvas: Canvas, knots: Knots, color: string, width: number, dashes: readonly number[]): void {
+/** Draw a warp on the map; the caller keeps it inside. */
+export function mapCurve(canvas: Canvas, knots: Knots, color: string, width: number, dashes: readonly number[]): void {
   const { pen, layout, scales } = canvas;
   pen.strokeStyle = color;
   pen.lineWidth = width;
@@ -59,6 +60,7 @@ function mapCurve(canvas: Canvas, knots: Knots, color: string, width: number, da
   const to = Math.min(scales.output.to, outputEnd(knots));
   const first = pieceAt(knots.outputTimes, from);
   const last = pieceAt(knots.outputTimes, to) + 1;
+  if (to < from) return;
   const line = new ThinLine(pen);
   const put = (time: number, value: number): void =>
     line.to(outputX(layout, scales, time), inputY(layout, scales, value));

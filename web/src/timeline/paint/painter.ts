@@ -3,6 +3,8 @@
 import { frames, inputAxis, outputAxis, speedAxis } from "./axes";
 import { type Canvas, FONT } from "./canvas";
 import { mapCurves, speedCurves } from "./curves";
+import { example, exampleCurve, unspoken } from "./example";
+import { feet } from "./feet";
 import { heat } from "./heat";
 import { pastEnd, playhead, tangent } from "./markers";
 import { matches, reference } from "./reference_strip";
@@ -31,7 +33,11 @@ export function paintForeground(canvas: Canvas): void {
   const { knots } = canvas.store;
   if (knots) {
     flights(canvas, knots);
+    feet(canvas, knots);
+    example(canvas);
+    unspoken(canvas, knots);
     locks(canvas, knots);
+    exampleCurve(canvas);
     mapCurves(canvas, knots);
     speedCurves(canvas);
   }

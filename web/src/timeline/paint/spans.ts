@@ -1,20 +1,19 @@
 /** Spans that timing must not touch, or may only so far: flights and locks. */
 
-import { at, type Knots, outputAt } from "../../warp";
+import { type Knots, outputAt } from "../../warp";
 import { inputY, outputX, speedY } from "../layout";
 import { type Canvas, clipped } from "./canvas";
 
 /** Where the figure is in the air: what timing must not touch. */
 export function flights(canvas: Canvas, knots: Knots): void {
-  const flights = canvas.store.clip?.flights;
-  if (!flights) return;
+  const flights = canvas.store.flights.filter((flight) => flight.flies);
   const { pen, layout, scales, palette } = canvas;
   for (const box of [layout.map, layout.speed]) {
     clipped(canvas, box, () => {
       pen.fillStyle = palette.flight;
-      for (let i = 0; i + 1 < flights.length; i += 2) {
-        const from = outputX(layout, scales, outputAt(knots, at(flights, i)));
-        const to = outputX(layout, scales, outputAt(knots, at(flights, i + 1)));
+      for (const { start, end } of flights) {
+        const from = outputX(layout, scales, outputAt(knots, start));
+        const to = outputX(layout, scales, outputAt(knots, end));
         pen.fillRect(Math.min(from, to), box.y, Math.abs(to - from), box.height);
       }
     });

@@ -1,0 +1,127 @@
+/** Flights: when the figure is in the air, as it was found and as a person puts it right. */
+
+import { deleteItem } from "../../deleting";
+import { freshId } from "../../document";
+import { make, setAttribute } from "../../dom";
+import { type Flight, findFlight, flightsCount, flightText, markFlight } from "../../flights";
+import { parseTime } from "../../grammar";
+import { clamp } from "../../scale";
+import { iconButton } from "../buttons";
+import { check, textField } from "../fields";
+import { documentOf, frame, type Section, type Side } from "./section";
+
+/** Seconds of a flight that is added: those of a hop. */
+const USUAL = 0.3;
+
+interface FlightRow {
+  readonly root: HTMLElement;
+  update(flight: Flight): void;
+}
+
+export function flightsSection(side: Side): Section {
+  const { store, connection, faults } = side;
+  const add = iconButton(
+    "plus",
+    "Add flight at the playhead",
+    () => {
+      const start = clamp(store.playback.inputTime - USUAL / 2, 0, Math.max(0, store.inputEnd - USUAL));
+      const id = freshId(documentOf(store), "f");
+      const mark = { id, start, end: Math.min(start + USUAL, store.inputEnd), flies: true };
+      connection.edit(markFlight(documentOf(store), mark), "add flight");
+      store.select({ kind: "flight", id });
+    },
+    "Say that the figure is in the air around the playhead",
+  );
+  const { root, body } = frame("Flights", add);
+  const heads = make(
+    "div",
+    { class: "heads", "aria-hidden": true },
+    ...["from", "to", "in the air"].map((head) => make("span", {}, head)),
+  );
+  const list = make("div");
+  const note = make("p", { class: "note" }, "None found. Drag along Feet, on the timeline, to mark one.");
+  const idle = make(
+    "p",
+    { class: "note" },
+    "Without effect now: nothing keeps flights at their own speed (see Keep jumps).",
+  );
+  const trouble = make("p", { class: "refused", hidden: true });
+  faults.named("flights", {
+    blame(message) {
+      trouble.textContent = message ?? "";
+      trouble.hidden = message === null;
+    },
+  });
+  body.append(heads, list, note, idle, trouble);
+  const rows = new Map<string, FlightRow>();
+  return {
+    root,
+    update() {
+      const { flights } = store;
+      // Channels have no feet; what a project says of flights all the same must be seen.
+      root.hidden = store.clip?.holds !== "motion" && flights.length === 0;
+      for (const [id, row] of rows) {
+        if (findFlight(flights, id)) continue;
+        row.root.remove();
+        rows.delete(id);
+      }
+      for (const flight of flights) {
+        let row = rows.get(flight.id);
+        if (!row) {
+          row = flightRow(side, flight.id);
+          rows.set(flight.id, row);
+        }
+        row.update(flight);
+      }
+      // In the order of time; one that has the focus is not moved.
+      flights.forEach(({ id }, i) => {
+        const element = rows.get(id)?.root;
+        if (element && list.children[i] !== element && !element.contains(document.activeElement))
+          list.insertBefore(element, list.children[i] ?? null);
+      });
+      heads.hidden = flights.length === 0;
+      note.hidden = flights.length > 0;
+      idle.hidden = flightsCount(documentOf(store), store.curve) || !flights.some((flight) => flight.marked);
+    },
+  };
+}
+
+function flightRow({ store, connection }: Side, id: string): FlightRow {
+  const change = (part: Partial<Flight>): boolean => {
+    const flight = findFlight(store.flights, id);
+    if (flight) connection.edit(markFlight(documentOf(store), { ...flight, ...part }), "change flight");
+    return flight !== null;
+  };
+  const from = textField("From", "Input time at which it begins", (text) =>
+    change({ start: parseTime(text, store.rate) }),
+  );
+  const to = textField("To", "Input time at which it ends", (text) => change({ end: parseTime(text, store.rate) }));
+  const flies = check("", "Whether the figure is in the air there", (on) => change({ flies: on }));
+  const select = (): void => store.select({ kind: "flight", id });
+  for (const [input, name] of [
+    [from.input, "Flight from"],
+    [to.input, "Flight to"],
+    [flies.input, "In the air"],
+  ] as const) {
+    input.setAttribute("aria-label", name);
+    input.addEventListener("focus", select);
+  }
+  const remove = iconButton("trash", "Delete flight", () => deleteItem(store, connection, { kind: "flight", id }));
+  const source = make("span", { class: "note" });
+  flies.row.append(source);
+  const root = make("div", { class: "lock flight" }, from.input, to.input, flies.row, remove, from.trouble, to.trouble);
+  return {
+    root,
+    update(flight) {
+      from.show(flight.start.toFixed(2));
+      to.show(flight.end.toFixed(2));
+      flies.show(flight.flies);
+      source.textContent = flight.marked ? "by hand" : "found";
+      setAttribute(root, "title", flightText(flight));
+      const undo = flight.marked ? "Take back what was said of this stretch" : "Say that this is no flight";
+      setAttribute(remove, "title", undo);
+      setAttribute(remove, "aria-label", undo);
+      root.setAttribute("aria-current", String(store.selection?.kind === "flight" && store.selection.id === id));
+    },
+  };
+}
