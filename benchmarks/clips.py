@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 import retime
 from retime.motion.motion import Motion
-from retime.search.poses.spaces import Track, pose_vectors
+from retime.search.poses.spaces import Track
+from retime.search.poses.vectors import pose_vectors
 
 Poses = NDArray[np.float64]
 MOCAP = Path(__file__).resolve().parents[1] / "../shared/mocap"

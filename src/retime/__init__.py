@@ -3,7 +3,7 @@
 Read and write
     `sample` (the clip that ships with retime), `read`, `write`, `read_warp`, `write_warp`, `Limits`
 What moves
-    `Motion`, `Signal`, `Skeleton`, `EndSite`
+    `Motion`, `Signal`, `ChannelKind`, `Skeleton`, `EndSite`
 Find a warp
     `guided_warp` (the one call most people need), `GuidedWarp`, `Session` (solve again and again),
     `align` (in step with a reference), `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`,
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from retime.formats.read_options import Limits
     from retime.formats.registry import read, write
     from retime.formats.warp_file import read_warp, write_warp
+    from retime.motion.channels import ChannelKind
     from retime.motion.contacts import Contacts, contacts
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
@@ -84,6 +85,7 @@ _HOMES = {
     "write": "retime.formats.registry",
     "read_warp": "retime.formats.warp_file",
     "write_warp": "retime.formats.warp_file",
+    "ChannelKind": "retime.motion.channels",
     "Contacts": "retime.motion.contacts",
     "contacts": "retime.motion.contacts",
     "Motion": "retime.motion.motion",
@@ -110,6 +112,7 @@ _HOMES = {
 
 __version__ = "0.1.0"
 __all__ = [
+    "ChannelKind",
     "Contacts",
     "EndSite",
     "FormatError",

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import FloatArray, as_real
+from retime.arrays import BoolArray, FloatArray, as_real
 from retime.brief import brief, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
+from retime.motion.blending import blended
+from retime.motion.channels import ChannelKind, KindsLike, as_kinds, quaternion_groups
+from retime.motion.gaps import Gaps, holes_of
 from retime.motion.picture import channels_html
 from retime.motion.rate import RateField, RateLike, parse_rate
 from retime.motion.size import size_problem, within_size
@@ -42,20 +45,30 @@ class Signal:
         The column that held time in its file, "" if there was none; written again on export.
     first_frame : int
         The number of the first frame.
+    kinds : sequence of ChannelKind or str, or mapping of str to them
+        What each channel holds: ``"linear"``, ``"angle:deg"``, ``"quaternion"``, ``"label"`` ... (`ChannelKind`). A
+        mapping tells it of some, by their names or patterns of them. What is left out is found by names and values
+        (`retime.motion.channels.find_kinds`).
+    gaps : {"refuse", "keep"}
+        What to do about values that are not a number: refuse them, or keep them as holes, which stay holes when the
+        signal is retimed, and which the search doesn't look at. `retime.motion.gaps.bridged` fills them.
 
     Raises
     ------
     InvalidMotionError
         No frame, no channel, shapes that disagree, or a number that is not finite or beyond 1e100 (named by channel and
-        frame).
+        frame); a rotation of length 0, a label that has no word.
     OptionError
-        The rate is none.
+        The rate is none, or the kinds are none.
 
     Examples
     --------
     >>> pan = Signal(("yaw",), np.linspace(0, 90, 46)[:, None], rate=29.97, name="pan")
     >>> pan, len(pan[10:20])
     (Signal('pan', 46 frames at 30000/1001 Hz, 1 channel: yaw), 10)
+    >>> turn = Signal(("yaw",), [[179.0], [-179.0]], kinds=["angle:deg"])
+    >>> turn.at([0.25 / 30]).values.tolist()
+    [[179.5]]
     """
 
     names: tuple[str, ...]
@@ -64,6 +77,8 @@ class Signal:
     name: str = ""
     time_column: str = ""
     first_frame: int = 0
+    kinds: tuple[ChannelKind, ...] = ()
+    gaps: Gaps = "refuse"
 
     # What the constructor takes. A dataclass alone could declare only what its fields hold afterwards.
     if TYPE_CHECKING:
@@ -76,6 +91,8 @@ class Signal:
             name: str = "",
             time_column: str = "",
             first_frame: int = 0,
+            kinds: KindsLike = (),
+            gaps: Gaps = "refuse",
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -87,10 +104,18 @@ class Signal:
             raise InvalidMotionError(
                 f"expected values of shape (n_frames >= 1, {len(self.names)} named channels), found {values.shape}"
             )
+        if self.gaps not in get_args(Gaps):
+            raise OptionError(f"the gaps of a signal are one of {', '.join(get_args(Gaps))}; found {self.gaps!r}")
         if not within_size([values.min(), values.max()]).all():
-            frame, channel = (int(i) for i in np.argwhere(~within_size(values))[0])
-            problem = size_problem(values[frame, channel])
-            raise InvalidMotionError(f"channel {self.names[channel]!r} at frame {frame} {problem}")
+            wrong = ~within_size(values)
+            if self.gaps == "keep":
+                wrong &= ~np.isnan(values)
+            if wrong.any():
+                frame, channel = (int(i) for i in np.argwhere(wrong)[0])
+                problem = size_problem(values[frame, channel])
+                raise InvalidMotionError(f"channel {self.names[channel]!r} at frame {frame} {problem}")
+        object.__setattr__(self, "kinds", as_kinds(self.kinds, self.names, values))
+        _refuse_misfits(self.names, self.kinds, values)
         view = values.view()
         view.setflags(write=False)
         object.__setattr__(self, "values", view)
@@ -112,6 +137,21 @@ class Signal:
     def numbered(self) -> bool:
         """Whether its channels have no names but their numbers (`numbered_names`), as those of an array."""
         return self.names == numbered_names(len(self.names))
+
+    @property
+    def holes(self) -> BoolArray:
+        """Where values are missing, shape (n_frames, n_channels); nowhere, unless gaps are kept."""
+        return holes_of(self.values)
+
+    def texts(self, name: str) -> list[str]:
+        """Return the word of each frame of a channel that holds text ("" in a hole); raise OptionError for others."""
+        if name not in self.names:
+            raise OptionError(f"{self.name or 'the signal'} has no channel {name!r}")
+        place = self.names.index(name)
+        words = self.kinds[place].words
+        if not words:
+            raise OptionError(f"channel {name!r} holds no text: it is {self.kinds[place]}")
+        return ["" if np.isnan(code) else words[int(code)] for code in self.values[:, place]]
 
     @property
     def n_frames(self) -> int:
@@ -148,10 +188,30 @@ class Signal:
         return replace(self, rate=rate)
 
     def at(self, input_times: ArrayLike) -> Signal:
-        """Sample linearly at any times (seconds from the first frame; held at the ends outside)."""
-        before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
-        values = self.values[before] + fraction[:, None] * (self.values[after] - self.values[before])
+        """Show any times (seconds from the first frame; held at the ends outside), each channel as its kind has it."""
+        places = frame_positions(input_times, self.rate, self.n_frames)
+        values = blended(self.values, self.names, self.kinds, places)
         return replace(self, values=values, first_frame=0)
+
+
+def _refuse_misfits(names: Sequence[str], kinds: Sequence[ChannelKind], values: FloatArray) -> None:
+    """Raise InvalidMotionError where values can't be what their kinds say."""
+    for four in quaternion_groups(names, kinds):
+        nothing = np.flatnonzero(np.abs(values[:, four]).max(axis=1) < 1e-12)
+        if len(nothing):
+            raise InvalidMotionError(
+                f"channels {', '.join(names[place] for place in four)} at frame {int(nothing[0])} are all 0, which "
+                "is no rotation"
+            )
+    for place, kind in enumerate(kinds):
+        if kind.words:
+            codes = values[:, place]
+            wrong = np.flatnonzero(~(np.isnan(codes) | np.isin(codes, np.arange(len(kind.words)))))
+            if len(wrong):
+                raise InvalidMotionError(
+                    f"channel {names[place]!r} at frame {int(wrong[0])} is {codes[wrong[0]]:g}, but it has "
+                    f"{len(kind.words)} words, from 0"
+                )
 
 
 def signal_of(array: ArrayLike, rate: RateLike | None, *, call: str) -> Signal:

@@ -19,6 +19,7 @@ from retime.motion.motion import Motion
 from retime.motion.rate import RateLike
 from retime.motion.signal import Signal, signal_of
 from retime.warp.averaging import (
+    average_channels,
     average_columns,
     average_rotations,
     count_roots,
@@ -61,9 +62,10 @@ def apply_warp(
 ) -> AnyMotion | FloatArray:
     """Show a motion with a warp's timing, at the motion's own rate (§3.4).
 
-    Rotations are slerped, everything else is interpolated linearly. Where the warp plays faster than life by c,
-    each output frame is the mean of the input over a window of c frames, so that sway does not become jitter; where
-    it does not, poses come straight from the input. The window closes at the ends, whose poses are kept.
+    Rotations are slerped, and places interpolated linearly; the channels of a signal are shown as their kinds have it
+    (`Signal.kinds`: an angle goes the short way, a label is that of the nearest frame). Where the warp plays faster
+    than life by c, each output frame is the mean of the input over a window of c frames, so that sway does not become
+    jitter; where it does not, poses come straight from the input. The window closes at the ends, whose poses are kept.
 
     Two things are not averaged unless asked for. While a foot stands, the joints from the root to that foot come
     straight from the input, so that averaging makes no foot slide; toward a contact their window closes, after it it
@@ -158,8 +160,7 @@ def resampled(
         return replace(result, first_frame=motion.first_frame)
     if isinstance(result, Signal):
         assert isinstance(motion, Signal)
-        values = result.values.copy()
-        average_columns(values, motion.values, np.arange(values.shape[1]), windows, windows.wrapped)
+        values = average_channels(result.values, motion, windows)
         return replace(result, values=values, first_frame=motion.first_frame)
     assert isinstance(motion, Motion)
     groups = joint_groups(motion, windows, find_contacts(motion) if contacts == "find" else contacts)

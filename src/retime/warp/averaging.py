@@ -12,8 +12,12 @@ from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.motion import rotation
 from retime.motion.any_motion import AnyMotion
+from retime.motion.blending import one_side, unit_length, within_turn
+from retime.motion.channels import FULL_TURN, quaternion_groups
 from retime.motion.contacts import Contacts
+from retime.motion.gaps import bridged
 from retime.motion.motion import Motion
+from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 
 # Half-widths (in frames) up to this count as 0: they are what rounding leaves of a warp's times.
@@ -195,6 +199,46 @@ def average_columns(
     origin = values[0]
     fast, means = windows.means(windows.continued(values - origin, gain), half)
     sampled[fast[:, None], columns] = origin + means
+
+
+def average_channels(sampled: FloatArray, signal: Signal, windows: Windows) -> FloatArray:
+    """Put the means of a signal's channels where windows are open, as their kinds allow.
+
+    Angles are averaged the short way round, rotations as rotations; labels, events and clocks have no mean. Means are
+    over bridged gaps, so that a gap grows no wider; what is missing of the sampled values stays so.
+
+    Parameters
+    ----------
+    sampled : float array, shape (n_output, n_channels)
+        The signal at the output's frames.
+    signal : Signal
+        What it was sampled from.
+    windows : Windows
+        Where each output frame averages.
+    """
+    shown = sampled.copy()
+    values = bridged(signal.values, signal.names, signal.kinds) if signal.holes.any() else signal.values
+    kinds = signal.kinds
+    linear = [place for place, kind in enumerate(kinds) if kind.kind == "linear"]
+    average_columns(shown, values, np.array(linear, dtype=np.intp), windows, windows.wrapped)
+    for place, kind in enumerate(kinds):
+        if kind.kind == "angle":
+            turn = FULL_TURN[kind.unit]
+            column = np.array([0])
+            on_and_on, mean = np.unwrap(values[:, place], period=turn)[:, None], sampled[:, [place]]
+            average_columns(mean, on_and_on, column, windows, windows.wrapped)
+            averaged = windows.wrapped > CLOSED
+            shown[averaged, place] = within_turn(mean[averaged, 0], values[:, place], turn)
+    for four in quaternion_groups(signal.names, kinds):
+        columns = list(four)
+        rotations = windows.continued(values[:, columns])
+        fast, means = windows.means(one_side(unit_length(rotations)), windows.wrapped)
+        # Where they go all the way round and cancel there is no mean: those keep the sampled rotation.
+        near = np.flatnonzero(np.einsum("fc,fc->f", means, means) >= 0.1**2)
+        turned = shown[:, columns]
+        turned[fast[near]] = unit_length(means[near])
+        shown[:, columns] = one_side(turned)
+    return np.where(np.isnan(sampled), np.nan, shown)
 
 
 def average_rotations(sampled: FloatArray, motion: Motion, windows: Windows, groups: list[JointGroup]) -> FloatArray:

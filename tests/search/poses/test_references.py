@@ -20,7 +20,8 @@ from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
 from retime.search.guided import guided_warp
 from retime.search.poses.references import Reference, model_poses
-from retime.search.poses.spaces import PoseOptions, Track, low_pass, pose_vectors, sample
+from retime.search.poses.spaces import PoseOptions, Track, low_pass, sample
+from retime.search.poses.vectors import pose_vectors
 from tests.motion.strategies import quaternions
 from tests.motion.walkers import (
     N_CYCLE,

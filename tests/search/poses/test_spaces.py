@@ -20,10 +20,10 @@ from retime.search.poses.spaces import (
     Track,
     difference_scales,
     low_pass,
-    pose_vectors,
     sample,
     timing_features,
 )
+from retime.search.poses.vectors import pose_vectors
 from tests.reference.scores import acceleration, exact, velocity
 from tests.warp.motions import SKELETON, wandering_motion
 

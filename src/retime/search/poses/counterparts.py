@@ -11,6 +11,7 @@ import numpy as np
 from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion.any_motion import AnyMotion
+from retime.motion.channels import LINEAR, ChannelKind
 from retime.motion.joint_names import JointMatch, match_joints, mirror_partners, near_names, shorten, take_apart
 from retime.motion.kinematics import GlobalPoses, global_poses
 from retime.motion.motion import Motion
@@ -26,16 +27,8 @@ from retime.motion.proportions import (
 )
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
-from retime.search.poses.spaces import (
-    PoseOptions,
-    Track,
-    chosen_places,
-    joint_vectors,
-    pose_space,
-    signal_scales,
-    signal_vectors,
-    space_joints,
-)
+from retime.search.poses.signals import signal_scales, signal_vectors, weighing_parts
+from retime.search.poses.spaces import PoseOptions, Track, chosen_places, joint_vectors, pose_space, space_joints
 
 # Joints that must be matched before two skeletons can be laid over each other.
 _LEAST_MATCHED = 3
@@ -121,7 +114,7 @@ def describe(clip: AnyMotion, others: Sequence[Counterpart], options: PoseOption
 def _describe_signal(clip: Signal, others: Sequence[Counterpart], options: PoseOptions) -> Column:
     """Order the references' channels as the input's, and scale all by the references' spread."""
     pose_space(clip, options)
-    needed = [clip.names[place] for place in chosen_places(clip.names, range(len(clip.names)), options, clip.name)]
+    needed = [clip.names[place] for part in weighing_parts(clip, options) for place in part.columns]
     ordered = []
     for other in others:
         if other.mirror:
@@ -130,17 +123,39 @@ def _describe_signal(clip: Signal, others: Sequence[Counterpart], options: PoseO
         if options.joints is None and not other.joint_map:
             _refuse_other_count(clip, other.clip, other)
         ordered.append(_with_channels_of(clip, other.clip, other, needed))
-    scales = signal_scales(clip.names, [signal.values for signal in ordered], options)
-    track = Track(signal_vectors(clip, options, scales), clip.rate)
+    kinds = _shared_kinds(clip, ordered)
+    own = clip if kinds[0] == clip.kinds else replace(clip, kinds=kinds[0])
+    ordered = [
+        own if signal is clip else replace(signal, kinds=theirs)
+        for signal, theirs in zip(ordered, kinds[1:], strict=True)
+    ]
+    scales = signal_scales(ordered, options)
+    track = Track(signal_vectors(own, options, scales), clip.rate)
     return Column(
         track,
         tuple(
             Described(
-                track if signal is clip else Track(signal_vectors(signal, options, scales), signal.rate), None, None
+                track if signal is own else Track(signal_vectors(signal, options, scales), signal.rate), None, None
             )
             for signal in ordered
         ),
     )
+
+
+def _shared_kinds(clip: Signal, others: Sequence[Signal]) -> list[tuple[ChannelKind, ...]]:
+    """Agree on what each channel holds, where only one of the clips shows it: an angle that goes round, say.
+
+    Angles keep their own units. Where the input says something else than linear that holds, else what the first
+    reference says that does.
+    """
+    kinds = [list(signal.kinds) for signal in (clip, *others)]
+    for place in range(len(clip.names)):
+        said = next((own[place] for own in kinds if own[place].kind != "linear" or not own[place].weighs), None)
+        if said is not None:
+            for own in kinds:
+                if own[place].kind != said.kind or own[place].weighs != said.weighs:
+                    own[place] = said
+    return [tuple(own) for own in kinds]
 
 
 def _refuse_other_count(clip: Signal, signal: Signal, other: Counterpart) -> None:
@@ -170,7 +185,12 @@ def _with_channels_of(clip: Signal, signal: Signal, other: Counterpart, needed: 
         places.append(signal.names.index(wanted) if wanted in signal.names else None)
     zero = np.zeros(signal.n_frames)
     values = np.stack([zero if place is None else signal.values[:, place] for place in places], axis=1)
-    return replace(signal, names=clip.names, values=values)
+    # Of what is missing the kind is the input's, but for a rotation, which zeros are none.
+    kinds = tuple(
+        signal.kinds[place] if place is not None else LINEAR if own.kind == "quaternion" or own.words else own
+        for place, own in zip(places, clip.kinds, strict=True)
+    )
+    return replace(signal, names=clip.names, values=values, kinds=kinds)
 
 
 class _MotionDescriber:

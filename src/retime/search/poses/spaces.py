@@ -21,7 +21,7 @@ from retime.errors import OptionError
 from retime.frames import frame_positions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.joint_names import near_names
-from retime.motion.kinematics import GlobalPoses, global_poses, heading_positions, rises_along_y, torso_positions
+from retime.motion.kinematics import GlobalPoses, heading_positions, rises_along_y, torso_positions
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 
@@ -93,35 +93,6 @@ class PoseOptions:
 def as_pose_options(options: PoseOptions | PoseSpace | None) -> PoseOptions:
     """Take the name of a pose space, or nothing, for options."""
     return options if isinstance(options, PoseOptions) else PoseOptions(options)
-
-
-def pose_vectors(motion: AnyMotion, options: PoseOptions | PoseSpace | None = None) -> FloatArray:
-    """Describe each frame's pose by a vector of numbers.
-
-    Parameters
-    ----------
-    motion : Motion or Signal
-        What moves.
-    options : PoseOptions or str, optional
-        What counts; a text names the space alone.
-
-    Returns
-    -------
-    float array, shape (n_frames, n_numbers)
-        For a motion, three coordinates a joint in length units. For a signal, one number a channel, in standard
-        deviations (of this signal: it is its own reference).
-
-    Raises
-    ------
-    OptionError
-        The space is not one for this kind of motion, or a name is not there.
-    """
-    options = as_pose_options(options)
-    space = pose_space(motion, options)
-    if isinstance(motion, Signal):
-        return signal_vectors(motion, options, signal_scales(motion.names, [motion.values], options))
-    chosen = chosen_places(motion.skeleton.names, space_joints(motion, space), options, motion.name)
-    return joint_vectors(global_poses(motion), motion.skeleton.names, chosen, space, options)
 
 
 def pose_space(motion: AnyMotion, options: PoseOptions) -> str:
@@ -202,26 +173,6 @@ def joint_vectors(
     if any(names[joint] in options.weights for joint in joints):
         positions = positions * np.array([options.weights.get(names[joint], 1.0) for joint in joints])[:, None]
     return np.ascontiguousarray(positions.reshape(len(positions), -1))
-
-
-def signal_scales(names: Sequence[str], values: Sequence[FloatArray], options: PoseOptions) -> FloatArray:
-    """Find what to divide each channel by, from all frames of the references (each of shape (n_frames, n_channels))."""
-    # Row by row in memory: else sums, to the last bit, depend on how the arrays were made.
-    together = np.ascontiguousarray(np.concatenate(values))
-    # Scaled to 1 first: the squares of large numbers would overflow.
-    largest = np.abs(together).max(axis=0)
-    unit = np.where(largest > 0, largest, 1.0)
-    spread = np.std(together / unit, axis=0)
-    # A constant such as 0.1 has a standard deviation above 0, by rounding alone.
-    scales = np.where(options.scale_signals & (spread > 1e-12), spread * unit, 1.0)
-    return np.array([options.scales.get(name, scale) for name, scale in zip(names, scales, strict=True)])
-
-
-def signal_vectors(signal: Signal, options: PoseOptions, scales: FloatArray) -> FloatArray:
-    """Choose, weight and scale a signal's channels."""
-    chosen = chosen_places(signal.names, range(len(signal.names)), options, signal.name)
-    factors = np.array([options.weights.get(signal.names[place], 1.0) for place in chosen])
-    return np.asarray(signal.values[:, chosen] / scales[chosen] * factors)
 
 
 def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
