@@ -47,6 +47,8 @@ try {
   const undo = async (step) => {
     await page.getByRole("button", { name: `Undo ${step} (Ctrl+Z)` }).waitFor();
     await editor.answered(() => page.getByRole("button", { name: `Undo ${step} (Ctrl+Z)` }).click());
+    // The curve may come before the document: what is done next is done to that.
+    await page.getByRole("button", { name: `Redo ${step} (Ctrl+Shift+Z)` }).waitFor();
   };
 
   // What was found: a band each beside the feet, and a row each at the right.
@@ -81,6 +83,8 @@ try {
   await page.mouse.up();
   await page.getByRole("button", { name: "Undo change flight (Ctrl+Z)" }).waitFor();
   assert.ok(Number(await second.getAttribute("aria-valuenow")) < start);
+  // Let go, it is one step, on the disk: the same name may be that of the step before.
+  await editor.settled();
   await undo("change flight");
 
   // Denied, and said to be none; Why says so where it is.
