@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from retime import read_warp
+from retime import Warp, read_warp
 from tests.server.serving import KEY, serving
 
 LOCK = {"id": "l", "start": 2.5, "end": 3.0, "slowest": 1.0, "fastest": 1.0}
@@ -18,6 +18,20 @@ EXPORTS = {
             "options": {"length": "200f"},
         },
         "--key 2=1.5 --key 3.0=2.75@0.5 --length 200f",
+    ),
+    "flights put right": (
+        {
+            "flights": [
+                {"id": "f", "start": 0.2, "end": 0.5, "flies": True},
+                {"id": "g", "start": 1.7, "end": 2.3, "flies": False},
+            ],
+            "options": {"length": "60%"},
+        },
+        "--flight 0.2..0.5 --no-flight 1.7..2.3 --length 60%",
+    ),
+    "in step": (
+        {"references": [{"path": "leap.bvh"}], "method": "align", "repeat": 1.5, "options": {"smoothing": 3}},
+        "--reference leap.bvh --method align --repeat 1.5 --smoothing 3",
     ),
     "locks and limits": (
         {"locks": [LOCK, KEPT], "options": {"length": "3s", "speed": "0.25..4", "smoothness": 0.5}},
@@ -110,6 +124,22 @@ def test_a_picture_and_the_clips_that_follow_are_what_the_command_line_writes(fo
             assert page.until("exported", "notice")["type"] == "exported"
     also = ("--also", "leap.bvh=line.bvh", "--group", "--rate", "15")
     run("warp", "jump.bvh", "--length", "80%", "--key", "2=1.5", *also, "--plot", "line.svg", "-q")
+    assert (folder / "page.svg").read_bytes() == (folder / "line.svg").read_bytes()
+    assert (folder / "page.bvh").read_bytes() == (folder / "line.bvh").read_bytes()
+
+
+def test_the_picture_of_an_example_that_is_carried_over_is_the_command_line_s(folder, run, monkeypatch) -> None:
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(folder)
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(
+            keys=[{**KEY, "input_time": 1.5, "output_time": 2.0}], method="linear", example={"start": 0, "end": 1.5}
+        )
+        for what, name in (("picture", "page.svg"), ("motion", "page.bvh")):
+            page.say("export", what=what, path=name, clip=0, overwrite=False)
+            assert page.until("exported", "notice")["type"] == "exported"
+    Warp(np.array([0.0, 2.0]), np.array([0.0, 1.5])).save(folder / "hand.json")
+    run("imitate", "jump.bvh", "--example", "0:90", "--warp", "hand.json", "-o", "line.bvh", "--plot", "line.svg", "-q")
     assert (folder / "page.svg").read_bytes() == (folder / "line.svg").read_bytes()
     assert (folder / "page.bvh").read_bytes() == (folder / "line.bvh").read_bytes()
 

@@ -181,7 +181,8 @@ class SolverThread:
             plot_with_baselines(
                 solution.warp,
                 solution.sources.clips[0],
-                method=document.method,
+                # An example that is carried over is found by a search, whatever made the example.
+                method=document.method if solution.hand is None else "guided",
                 explanation=None if solution.search is None else solution.search.explain(),
                 path=place,
                 overwrite=message.overwrite,

@@ -38,7 +38,8 @@ export function flightsSection(side: Side): Section {
     { class: "heads", "aria-hidden": true },
     ...["from", "to", "in the air"].map((head) => make("span", {}, head)),
   );
-  const list = make("div");
+  const list = make("div", { class: "flightlist" });
+  let chosen = "";
   const note = make("p", { class: "note" }, "None found. Drag along Feet, on the timeline, to mark one.");
   const idle = make(
     "p",
@@ -79,6 +80,16 @@ export function flightsSection(side: Side): Section {
         if (element && list.children[i] !== element && !element.contains(document.activeElement))
           list.insertBefore(element, list.children[i] ?? null);
       });
+      const { selection } = store;
+      const now = selection?.kind === "flight" ? selection.id : "";
+      // What is chosen on the timeline is brought into view, once; the side itself stays where it is.
+      const row = now === chosen ? undefined : rows.get(now)?.root;
+      chosen = now;
+      if (row) {
+        const top = row.offsetTop - list.offsetTop;
+        const inView = top >= list.scrollTop && top + row.offsetHeight <= list.scrollTop + list.clientHeight;
+        if (!inView) list.scrollTop = top - list.clientHeight / 2;
+      }
       heads.hidden = flights.length === 0;
       note.hidden = flights.length > 0;
       idle.hidden = flightsCount(documentOf(store), store.curve) || !flights.some((flight) => flight.marked);
