@@ -42,7 +42,7 @@ are null.
 | `upsamples` | for each span between keytimes the frames offered per analysis period; `upsample` is the most of them |
 | `path` | the selected frames, from 0 to `n_input` - 1; `upsamples` of them make one analysis period |
 | `slip` | contacts, mean mm of slip: input, output, all averaged; whether the figure's size is guessed; or null |
-| `seconds` | time that each stage took |
+| `seconds` | time that each stage took; `other` is the rest of the command, from its start on |
 | `output`, `warp`, `plot`, `explain` | the files written; null where none was asked for |
 | `also` | the other clips' files |
 

@@ -19,6 +19,7 @@ from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
     from retime.motion.any_motion import AnyMotion
+    from retime.motion.contacts import Contacts
     from retime.motion.motion import Up
     from retime.warp.curve import Warp
 
@@ -115,14 +116,14 @@ def hint_at_up(clip: AnyMotion, up: str | None) -> None:
         )
 
 
-def retimed(clip: AnyMotion, warp: Warp, *, average: bool) -> AnyMotion:
-    """Apply a warp to whichever kind of clip this is."""
+def retimed(clip: AnyMotion, warp: Warp, *, average: bool, feet: Contacts | None = None) -> AnyMotion:
+    """Apply a warp to whichever kind of clip this is; `feet`, where they were found already, spare finding them."""
     from retime.motion.signal import Signal
     from retime.warp.apply import apply_warp
 
     if isinstance(clip, Signal):
         return apply_warp(clip, warp, average=average)
-    return apply_warp(clip, warp, average=average)
+    return apply_warp(clip, warp, average=average, contacts="find" if feet is None else feet)
 
 
 _OPTIONS = (

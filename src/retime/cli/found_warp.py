@@ -50,21 +50,35 @@ class FoundWarp:
 
 def deliver(found: FoundWarp, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> None:
     """Write what was asked for, then say what was done; `facts` are the command's own part of the JSON."""
-    _write(found, outputs, stages)
+    slip = _write(found, outputs, stages)
     if outputs.as_json:
-        say_json(_document(found, outputs, stages, facts))
+        say_json(_document(found, outputs, stages, facts, slip))
     elif not outputs.quiet:
-        _say_summary(found, outputs)
+        _say_summary(found, outputs, slip)
 
 
-def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> None:
+def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str, float | bool] | None:
+    """Write all files; how far the feet slide in the retimed clip, where that is to be told."""
     # Heavy imports wait until something is to be done.
+    from retime.cli.summary import slip_facts
     from retime.files import write_bytes
     from retime.formats.registry import write
     from retime.formats.warp_file import write_warp
+    from retime.motion.contacts import contacts
+    from retime.motion.motion import Motion
 
-    clips = [] if outputs.output is None else [(found.clip, outputs.output)]
-    for clip, place in (*clips, *found.others):
+    slip = None
+    if outputs.output is not None:
+        with stages.stage("apply", "resampling"):
+            feet = contacts(found.clip) if isinstance(found.clip, Motion) else None
+            result = retimed(found.clip, found.warp, average=outputs.average, feet=feet)
+        with stages.stage("write", "writing"):
+            write(result, outputs.output, overwrite=outputs.force)
+        if outputs.as_json or not outputs.quiet:
+            with stages.stage("slip", "measuring the feet"):
+                slip = slip_facts(found.clip, found.warp, result, feet)
+        del result
+    for clip, place in found.others:
         with stages.stage("apply", "resampling"):
             result = retimed(clip, found.warp, average=outputs.average)
         with stages.stage("write", "writing"):
@@ -78,6 +92,7 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> None:
     if outputs.plot is not None:
         with stages.stage("plot", "drawing"):
             _draw(found, outputs.plot, overwrite=outputs.force)
+    return slip
 
 
 def _draw(found: FoundWarp, place: Path, *, overwrite: bool) -> None:
@@ -90,16 +105,24 @@ def _draw(found: FoundWarp, place: Path, *, overwrite: bool) -> None:
     )
 
 
-def _document(found: FoundWarp, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> dict[str, Any]:
+def _document(
+    found: FoundWarp,
+    outputs: OutputOptions,
+    stages: Stages,
+    facts: dict[str, Any],
+    slip: dict[str, float | bool] | None,
+) -> dict[str, Any]:
     """Collect what --json prints; the search's numbers are null where there was none."""
-    from retime.cli.summary import slip_facts
-
     search = found.search
     seconds = dict(stages.seconds)
     if search is not None:
         # The search says itself how long each of its stages took.
         del seconds["search"]
         seconds = {"read": seconds.pop("read"), **search.seconds, **seconds}
+    # Nothing is left out: what no stage names, such as the programs that a first use loads, is the rest. (Variants
+    # share one search, which was as long as all of theirs.)
+    named = stages.seconds if "variant" in facts else seconds
+    seconds["other"] = max(0.0, stages.elapsed() - sum(named.values()))
 
     def text(path: Path | None) -> str | None:
         return None if path is None else str(path)
@@ -127,7 +150,7 @@ def _document(found: FoundWarp, outputs: OutputOptions, stages: Stages, facts: d
         "optimal": None if search is None else search.path.optimal,
         "excess": None if search is None else search.excess,
         "path": None if search is None else search.path.frames.tolist(),
-        "slip": None if outputs.output is None else slip_facts(found.clip, found.warp, average=outputs.average),
+        "slip": slip,
         "seconds": seconds,
         "output": text(outputs.output),
         "warp": text(outputs.save),
@@ -137,7 +160,7 @@ def _document(found: FoundWarp, outputs: OutputOptions, stages: Stages, facts: d
     }
 
 
-def _say_summary(found: FoundWarp, outputs: OutputOptions) -> None:
+def _say_summary(found: FoundWarp, outputs: OutputOptions, slip: dict[str, float | bool] | None) -> None:
     from retime.cli import summary
     from retime.evaluate.metrics.flights import flight_spans
 
@@ -169,8 +192,8 @@ def _say_summary(found: FoundWarp, outputs: OutputOptions) -> None:
         rows.append(("flights", summary.flights_text(found.warp if search is None else search.staircase, spans)))
     if search is not None and search.excess is not None:
         rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
-    if outputs.output is not None and (slip := summary.slip_text(clip, found.warp, average=outputs.average)):
-        rows.append(("slip", slip))
+    if slip is not None:
+        rows.append(("slip", summary.slip_text(slip)))
     rows += [("wrote", str(place)) for place in outputs.places]
     say_table(rows)
     if not outputs.places:

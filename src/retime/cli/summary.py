@@ -9,6 +9,7 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.evaluate.metrics import Spans
 from retime.motion.any_motion import AnyMotion
+from retime.motion.contacts import Contacts
 from retime.motion.kinematics import global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
 from retime.search.example.reading import ExampleReading
@@ -104,30 +105,29 @@ def _range_text(speeds: FloatArray) -> str:
     return f"{low:.2f}" if f"{low:.2f}" == f"{high:.2f}" else f"{low:.2f} to {high:.2f}"
 
 
-def slip_facts(clip: AnyMotion, warp: Warp, *, average: bool = True) -> dict[str, float | bool] | None:
+def slip_facts(clip: AnyMotion, warp: Warp, output: AnyMotion, feet: Contacts | None) -> dict[str, float | bool] | None:
     """Measure how far standing feet slide, before and after, in millimetres a contact; None, where no foot stands.
 
-    The output is the clip averaged where it is fast, but for standing feet; or, as asked for, not averaged at all.
+    Beside the output as it is this is done for one in which the feet are averaged too.
     """
-    from retime.warp.slip import retimed_slip
+    from retime.warp.slip import slip_of_output
 
-    if not isinstance(clip, Motion):
+    if not isinstance(clip, Motion) or not isinstance(output, Motion) or feet is None:
         return None
-    report = retimed_slip(clip, warp)
-    if not report.input.contacts:
+    before, after, averaged = slip_of_output(clip, warp, output, feet)
+    if not before.contacts:
         return None
     return {
-        "contacts": len(report.input.contacts),
-        "input_mm": report.input.mean,
-        "output_mm": (report.contact_aware if average else report.unaveraged).mean,
-        "averaged_mm": report.plain.mean,
-        "size_guessed": report.input.size_guessed,
+        "contacts": len(before.contacts),
+        "input_mm": before.mean,
+        "output_mm": after.mean,
+        "averaged_mm": averaged.mean,
+        "size_guessed": before.size_guessed,
     }
 
 
-def slip_text(clip: AnyMotion, warp: Warp, *, average: bool = True) -> str:
-    """Say how far standing feet slide, before and after; nothing, where no foot stands."""
-    slip = slip_facts(clip, warp, average=average)
+def slip_text(slip: dict[str, float | bool] | None) -> str:
+    """Say what `slip_facts` measured; nothing, where no foot stands."""
     if slip is None:
         return ""
     about, why = ("about ", "; the size of the figure is guessed") if slip["size_guessed"] else ("", "")

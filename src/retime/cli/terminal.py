@@ -125,7 +125,12 @@ class Stages:
 
     def __init__(self, *, quiet: bool = False) -> None:
         self.seconds: dict[str, float] = {}
+        self._begun = time.perf_counter()
         self._live = not quiet and sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+
+    def elapsed(self) -> float:
+        """Return the seconds since the command began its work."""
+        return time.perf_counter() - self._begun
 
     @contextlib.contextmanager
     def stage(self, name: str, doing: str) -> Iterator[None]:

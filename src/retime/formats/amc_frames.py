@@ -14,6 +14,7 @@ from retime.arrays import FloatArray
 from retime.errors import FormatError, OptionError
 from retime.formats.amc_declaration import RATE_COMMENT
 from retime.formats.asf import Asf
+from retime.formats.number_rows import parse_rows
 from retime.formats.number_text import NumberTextError, parse_count, parse_number, parse_numbers, show
 from retime.formats.read_options import ReadOptions
 from retime.motion.rate import parse_rate
@@ -289,15 +290,17 @@ class FrameReader:
             return
         comma = self.options.decimal_comma
         width = sum(self.counts)
+        # Joined by a space, so that a word's index in the text is its index here.
+        text = b" ".join(words)
+        row = parse_rows(text, len(words), decimal_comma=comma)
         try:
-            # Joined by a space, so that a word's index in the text is its index here.
-            numbers = parse_numbers(b" ".join(words), decimal_comma=comma)
+            numbers = np.array(parse_numbers(text, decimal_comma=comma)) if row is None else row[0]
         except NumberTextError as error:
             whole = error.index // width
             self.blocks.append(np.array(parse_numbers(b" ".join(words[: whole * width]), decimal_comma=comma)))
             self.n_frames += whole
             raise self._bad_word(piece[whole][1], error, self.first_frame + self.n_frames) from None
-        self.blocks.append(np.array(numbers))
+        self.blocks.append(numbers)
         self.n_frames += len(piece)
 
     def _bad_word(self, record: dict[int, tuple[int, list[bytes]]], error: NumberTextError, frame: int) -> FormatError:

@@ -105,9 +105,10 @@ def global_poses(motion: Moving) -> GlobalPoses:
 
 
 # Several stages of a job (features, flights, contacts, slip) ask for the poses of one motion, which does not change.
-# They are kept as long as the motion is there, but for long takes, whose memory would count.
+# They are kept as long as the motion is there, but for takes much longer than ten minutes of a body at 120 Hz, whose
+# memory would count.
 _KNOWN: WeakKeyDictionary[Moving, GlobalPoses] = WeakKeyDictionary()
-_MOST_KEPT = 3_000_000
+_MOST_KEPT = 8_000_000
 
 
 def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str) -> GlobalPoses:

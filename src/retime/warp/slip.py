@@ -6,11 +6,11 @@ from dataclasses import dataclass, fields
 
 from retime.brief import kind_of
 from retime.errors import OptionError
-from retime.motion.contacts import Contacts, Slip, slip, slip_of
+from retime.motion.contacts import Contact, Contacts, Slip, slip, slip_of
 from retime.motion.contacts import contacts as find_contacts
 from retime.motion.motion import Motion
 from retime.warp.apply import check_seam, compare_ranges, resampled
-from retime.warp.curve import WarpLike, as_warp, output_frame_times
+from retime.warp.curve import Warp, WarpLike, as_warp, output_frame_times
 from retime.warp.slip_picture import slip_html
 
 # What the measurements of a report are called in its picture.
@@ -85,7 +85,7 @@ def retimed_slip(motion: Motion, warp: WarpLike, *, contacts: Contacts | None = 
     if loop:
         check_seam(motion)
     standing = find_contacts(motion) if contacts is None else contacts
-    shown = standing.where_held().spans_at(warp(output_frame_times(warp, float(motion.rate))))
+    shown = _contacts_shown(motion, warp, standing)
 
     def measured(average: bool, exempt: Contacts | None, keep_root_path: bool) -> Slip:
         return slip_of(resampled(motion, warp, average, exempt, keep_root_path, loop), standing.feet, shown)
@@ -96,3 +96,32 @@ def retimed_slip(motion: Motion, warp: WarpLike, *, contacts: Contacts | None = 
         plain=measured(True, None, False),
         contact_aware=measured(True, standing, True),
     )
+
+
+def _contacts_shown(motion: Motion, warp: Warp, standing: Contacts) -> tuple[Contact, ...]:
+    """Find the output frames of each contact, as far as they fall into it."""
+    return standing.where_held().spans_at(warp(output_frame_times(warp, float(motion.rate))))
+
+
+def slip_of_output(motion: Motion, warp: Warp, output: Motion, contacts: Contacts) -> tuple[Slip, Slip, Slip]:
+    """Measure the slip of a motion and of what `apply_warp` made of it, which need not be made again.
+
+    Parameters
+    ----------
+    motion : Motion
+        The input.
+    warp : Warp
+        From output time to input time.
+    output : Motion
+        The input with this warp's timing.
+    contacts : Contacts
+        When the input's feet stand.
+
+    Returns
+    -------
+    input, output, plain : Slip
+        Of the input, of the output as it is, and of one with everything averaged as in the paper.
+    """
+    shown = _contacts_shown(motion, warp, contacts)
+    plain = resampled(motion, warp, True, None, False, False)
+    return slip(motion, contacts), slip_of(output, contacts.feet, shown), slip_of(plain, contacts.feet, shown)
