@@ -65,6 +65,17 @@ class Model:
         """Numbers that describe a pose."""
         return len(self.origin)
 
+    def only(self, places: IntArray) -> Model:
+        """Keep some of its frames."""
+        return replace(
+            self,
+            features=np.ascontiguousarray(self.features[places]),
+            poses=np.ascontiguousarray(self.poses[places]),
+            weights=self.weights[places],
+            reference=self.reference[places],
+            frame=self.frame[places],
+        )
+
 
 def build_model(
     references: Sequence[FloatArray],
@@ -138,14 +149,7 @@ def without_copies(model: Model, n_neighbors: int) -> Model:
             kept.append(place)
     if len(kept) == len(model.weights):
         return model
-    return replace(
-        model,
-        features=np.ascontiguousarray(model.features[kept]),
-        poses=np.ascontiguousarray(model.poses[kept]),
-        weights=model.weights[kept],
-        reference=model.reference[kept],
-        frame=model.frame[kept],
-    )
+    return model.only(np.array(kept))
 
 
 def _joined(arrays: Sequence[FloatArray]) -> FloatArray:

@@ -296,7 +296,7 @@ class Session:
             if limited.n_pairs == every.n_pairs:
                 raise
         # Neighbouring speeds that lie near each other leave no way through: any may follow any.
-        return found(*task_of(every, self._triples(poses, every, self._model)))
+        return found(*task_of(every, self._without_gaps(plan, self._triples(poses, every, self._model))))
 
     def _step_prices(self, plan: SearchPlan, steps: StepPairs) -> FloatArray | None:
         """Return what each step costs where it begins, beside the scores, shape (n_input, n_steps); None: nothing."""
@@ -323,7 +323,7 @@ class Session:
         for frame in plan.loose:
             begin, end = max(0, frame - every.longest), min(len(poses), frame + every.longest + 1)
             costs[frame] = self._triples(poses[begin:end], every, self._model)[frame - begin]
-        return every, costs
+        return every, self._without_gaps(plan, costs)
 
     def _find(self, task: PathTask, poses: FloatArray, neutral: bool) -> tuple[FramePath, float | None]:
         """Find the path by the method that is asked for; of the heuristic also its excess."""
@@ -437,7 +437,20 @@ class Session:
                 lambda some: self._triples(some, steps, self._model),
                 self._table,
             )
-        return self._table.of(plan.steps)
+        return self._without_gaps(plan, self._table.of(plan.steps))
+
+    def _without_gaps(self, plan: SearchPlan, scores: FloatArray) -> FloatArray:
+        """Let frames of gaps weigh nothing: each of their steps scores what it does elsewhere, on average.
+
+        A score of 0 would not be nothing: the path would stay where nothing is known, as that costs least.
+        """
+        if not self._tracks.has_gaps:
+            return scores
+        lost = self._tracks.missing_at(plan.reduction.input_times)
+        known = np.isfinite(scores) & ~lost[:, None]
+        sums = np.where(known, scores, 0.0).sum(axis=0)
+        usual = np.divide(sums, known.sum(axis=0), out=np.zeros_like(sums), where=known.any(axis=0))
+        return np.where(lost[:, None] & np.isfinite(scores), usual, scores)
 
     def _seam_costs(self, task: PathTask, poses: FloatArray) -> FloatArray:
         """Score the triple across a loop's seam, where the last frame is the first again; shape (n_steps,)."""
@@ -474,8 +487,22 @@ class Session:
                 weights=[track.weight for track in self._reference_tracks],
                 own_name=self._own_name,
             )
-            self._models[rate] = without_copies(every, self.n_neighbors)
+            self._models[rate] = without_copies(self._without_lost(every, rate), self.n_neighbors)
         return self._models[rate]
+
+    def _without_lost(self, model: Model, rate: float) -> Model:
+        """Leave out frames of references of which something is lost, and those whose speed would be told by one."""
+        lost = np.zeros(len(model.weights), dtype=bool)
+        for place, track in enumerate(self._reference_tracks):
+            if track.has_gaps:
+                rows = np.flatnonzero(model.reference == place)
+                for beside in (-1, 0, 1):
+                    lost[rows] |= track.missing_at((model.frame[rows] + beside) / rate)
+        if not lost.any():
+            return model
+        if len(lost) - lost.sum() < self.n_neighbors:
+            raise OptionError("too few frames of the reference are without gaps: bridge them (--gaps bridge:SECONDS)")
+        return model.only(np.flatnonzero(~lost))
 
 
 def _speeds(speed: str | Sequence[float | str] | None) -> tuple[float, float]:

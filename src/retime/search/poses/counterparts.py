@@ -12,6 +12,7 @@ from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import LINEAR, ChannelKind
+from retime.motion.gaps import bridged
 from retime.motion.joint_names import JointMatch, match_joints, mirror_partners, near_names, shorten, take_apart
 from retime.motion.kinematics import GlobalPoses, global_poses
 from retime.motion.motion import Motion
@@ -129,17 +130,32 @@ def _describe_signal(clip: Signal, others: Sequence[Counterpart], options: PoseO
         own if signal is clip else replace(signal, kinds=theirs)
         for signal, theirs in zip(ordered, kinds[1:], strict=True)
     ]
-    scales = signal_scales(ordered, options)
-    track = Track(signal_vectors(own, options, scales), clip.rate)
+    # The search never sees a hole: gaps are bridged here, whatever their length, and marked.
+    whole = {id(signal): _bridged(signal) for signal in (own, *ordered)}
+    scales = signal_scales([whole[id(signal)] for signal in ordered], options)
+
+    def track_of(signal: Signal) -> Track:
+        filled = whole[id(signal)]
+        lost = np.zeros(signal.n_frames, dtype=bool)
+        for part in weighing_parts(signal, options):
+            lost |= signal.holes[:, part.columns].any(axis=1)
+        return Track(signal_vectors(filled, options, scales), signal.rate, lost if lost.any() else None)
+
+    track = track_of(own)
     return Column(
-        track,
-        tuple(
-            Described(
-                track if signal is own else Track(signal_vectors(signal, options, scales), signal.rate), None, None
-            )
-            for signal in ordered
-        ),
+        track, tuple(Described(track if signal is own else track_of(signal), None, None) for signal in ordered)
     )
+
+
+def _bridged(signal: Signal) -> Signal:
+    """Fill all gaps; raise OptionError where a channel that weighs has no value at all."""
+    if not signal.holes.any():
+        return signal
+    values = bridged(signal.values, signal.names, signal.kinds)
+    for place in np.flatnonzero(np.isnan(values).any(axis=0)):
+        if signal.kinds[place].weighs:
+            raise OptionError(f"channel {signal.names[place]!r} of {signal.name or 'the signal'} has no value at all")
+    return replace(signal, values=values)
 
 
 def _shared_kinds(clip: Signal, others: Sequence[Signal]) -> list[tuple[ChannelKind, ...]]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import FloatArray, IntArray
+from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
@@ -131,6 +131,15 @@ class PoseTracks:
         parts = [track.at(times, cutoff) for track in self.tracks]
         joined = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
         return joined if self.order is None else np.take(joined, self.order, axis=1)
+
+    @property
+    def has_gaps(self) -> bool:
+        """Whether something is lost of any clip."""
+        return any(track.missing is not None for track in self.tracks)
+
+    def missing_at(self, times: ArrayLike) -> BoolArray:
+        """Tell at which times (n,), seconds, something of any clip is lost."""
+        return np.asarray(np.any([track.missing_at(times) for track in self.tracks], axis=0))
 
     def at_rate(self, rate: float, cutoff: float) -> FloatArray:
         """Read at `rate` Hz from the first frame to the last; shape (n_frames at that rate, n_numbers)."""

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import FloatArray
+from retime.arrays import BoolArray, FloatArray
 from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
@@ -253,10 +253,13 @@ class Track:
         One pose a frame.
     rate : Fraction
         Frames a second.
+    missing : bool array, shape (n_frames,), optional
+        Frames of which something was lost; their vectors are bridged.
     """
 
     vectors: FloatArray
     rate: Fraction
+    missing: BoolArray | None = None
     # The vectors low-passed at the last cutoff: a clip is read many times while its keytimes are dragged.
     _passed: dict[float, FloatArray] = field(default_factory=dict, init=False, repr=False)
 
@@ -275,6 +278,13 @@ class Track:
             self._passed.clear()
             self._passed[cutoff] = passed
         return sample(passed, self.rate, times)
+
+    def missing_at(self, times: ArrayLike) -> BoolArray:
+        """Tell at which times (n,), seconds, something is lost: on a frame of a gap, or beside one."""
+        before, after, fraction = frame_positions(times, self.rate, len(self.vectors))
+        if self.missing is None:
+            return np.zeros(len(before), dtype=bool)
+        return np.asarray(self.missing[before] | (self.missing[after] & (fraction > 0)))
 
 
 def timing_features(poses: FloatArray, *, rate: float, time_scale: float) -> FloatArray:
