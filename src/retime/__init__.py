@@ -9,7 +9,7 @@ Find a warp
     `align` (in step with a reference), `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`,
     `Lock`, `Keytime`, `variants` (other timings of one clip), `linear_warp`, `spline_warp`
 Use a warp
-    `Warp`, `apply_warp`
+    `Warp`, `apply_warp`; `resample` (another rate, the same timing)
 Feet that stand
     `contacts`, `Contacts` (when they do), `retimed_slip`, `SlipReport` (how far they slide, before and after)
 Look at it
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from retime.warp.apply import apply_warp
     from retime.warp.curve import Warp
     from retime.warp.keytime import Keytime
+    from retime.warp.resampling import resample
     from retime.warp.slip import SlipReport, retimed_slip
     from retime.warp.spline import linear_warp, spline_warp
 
@@ -94,6 +95,7 @@ _HOMES = {
     "Skeleton": "retime.motion.skeleton",
     "SlipReport": "retime.warp.slip",
     "apply_warp": "retime.warp.apply",
+    "resample": "retime.warp.resampling",
     "retimed_slip": "retime.warp.slip",
     "Keytime": "retime.warp.keytime",
     "Warp": "retime.warp.curve",
@@ -146,6 +148,7 @@ __all__ = [
     "plot_warps",
     "read",
     "read_warp",
+    "resample",
     "retimed_slip",
     "sample",
     "spline_warp",

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from retime.errors import FormatError, FormatWarning, OutputExistsError
+from retime.errors import FormatError, FormatWarning, OptionError, OutputExistsError
 from retime.formats import Limits, csv_table, read, write
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
@@ -349,3 +349,85 @@ def test_existing_files_and_motions(tmp_path: Path) -> None:
     motion = Motion(Skeleton(("a",), (-1,), np.zeros((1, 3))), np.array([[[1.0, 0, 0, 0]]]))
     with pytest.raises(FormatError, match="holds a signal"):
         write(motion, tmp_path / "b.csv")
+
+
+def test_text_is_carried_along_and_written_as_it_came(tmp_path: Path) -> None:
+    text = 'time,x,said,on\n0,1,"walk, slowly",TRUE\n0.1,2,=run,FALSE\n0.2,3,7,TRUE\n'.replace(",7,", ",stand,")
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    signal = read(path)
+    assert isinstance(signal, Signal)
+    assert signal.texts("said") == ["walk, slowly", "=run", "stand"]
+    assert signal.values[:, 2].tolist() == [1, 0, 1]
+    write(signal, tmp_path / "b.csv")
+    # A word that a spreadsheet would take for a formula is written with an apostrophe.
+    assert "'=run" in (tmp_path / "b.csv").read_text()
+    again = read(tmp_path / "b.csv")
+    assert isinstance(again, Signal)
+    assert again.texts("said") == signal.texts("said")
+    assert again.texts("on") == ["TRUE", "FALSE", "TRUE"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        # One word among numbers is a mistake, be it the first.
+        ("time,x\n0,walk\n0.1,2\n0.2,3\n", "a.csv:2: column 'x': expected a number, found 'walk'"),
+        ("time,x\n0,1\n0.1,2\n0.2,walk\n", "a.csv:4: column 'x': expected a number, found 'walk'"),
+        ("time,x,y\ns,mm,mm\n0,1,2\n0.1,2,3\n", "a.csv:2: column 'time': expected a number, found 's'"),
+        ("a,b\nx,y\nz,w\n", "a.csv:2: column 'a': expected a number, found 'x'"),
+        ("time,x\n0,1\n,2\n0.2,3\n", "a.csv:3: column 'time': expected a number, found nothing"),
+    ],
+)
+@pytest.mark.parametrize("gaps", [None, "keep", "bridge"])
+def test_what_is_neither_number_nor_text_nor_gap_is_refused(tmp_path: Path, text: str, says: str, gaps) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(FormatError, match=re.escape(says)):
+        read(tmp_path / "a.csv", gaps=gaps)
+
+
+@pytest.mark.parametrize("cell", ["", "nan", "NaN", "NA", "N/A", "null", "None", "#N/A"])
+def test_gaps_are_written_in_many_ways(tmp_path: Path, cell: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(f"time,x,y\n0,1,5\n0.1,{cell},5\n0.2,3,5\n0.3,{cell},5\n")
+    with pytest.raises(FormatError, match=r"a.csv:3: column 'x'.*--gaps bridge fills gaps, --gaps keep carries them"):
+        read(path)
+    with pytest.warns(FormatWarning, match=r"bridged gaps: x frames 1:1, 3:3"):
+        bridged = read(path, gaps="bridge")
+    assert isinstance(bridged, Signal)
+    assert bridged.values[:, 0].tolist() == [1, 2, 3, 3]
+    with pytest.warns(FormatWarning, match=r"kept gaps: x frames 1:1, 3:3"):
+        kept = read(path, gaps="keep")
+    assert isinstance(kept, Signal)
+    assert np.isnan(kept.values[:, 0]).tolist() == [False, True, False, True]
+    write(kept, tmp_path / "b.csv")
+    with pytest.warns(FormatWarning, match="kept gaps"):
+        again = read(tmp_path / "b.csv", gaps="keep")
+    assert isinstance(again, Signal)
+    assert np.array_equal(again.values, kept.values, equal_nan=True)
+
+
+def test_long_gaps_are_not_bridged(tmp_path: Path) -> None:
+    x = [0.0, *[np.nan] * 2, 3.0, *[np.nan] * 3, 7.0]
+    (tmp_path / "a.csv").write_text("time,x\n" + "".join(f"{i / 10},{value}\n" for i, value in enumerate(x)))
+    with pytest.warns(FormatWarning) as said:
+        found = read(tmp_path / "a.csv", gaps="bridge:0.2")
+    assert isinstance(found, Signal)
+    assert np.isnan(found.values[:, 0]).tolist() == [False] * 4 + [True] * 3 + [False]
+    assert found.values[1:3, 0].tolist() == [1, 2]
+    says = [str(one.message) for one in said]
+    assert any("bridged gaps: x frames 1:2" in one for one in says)
+    assert any("kept gaps longer than 0.2 s: x frames 4:6" in one for one in says)
+    with pytest.raises(OptionError, match="gaps are 'bridge', 'bridge:SECONDS' or 'keep'; found 'fill'"):
+        read(tmp_path / "a.csv", gaps="fill")
+
+
+def test_channels_are_told_what_they_hold(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time,a_x,b_x,said\n0,1,2,no\n0.1,2,3,yes\n0.2,3,4,no\n")
+    found = read(tmp_path / "a.csv", kinds={"*_x": "label", "b_x": "angle:rad"})
+    assert isinstance(found, Signal)
+    assert [str(kind) for kind in found.kinds] == ["label", "angle:rad", "label"]
+    with pytest.raises(OptionError, match="a has no channel 'c'; there are a_x, b_x, said"):
+        read(tmp_path / "a.csv", kinds={"c": "label"})
+    with pytest.raises(OptionError, match="channel 'said' holds text, which can only be a label"):
+        read(tmp_path / "a.csv", kinds={"said": "linear"})

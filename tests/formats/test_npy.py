@@ -18,6 +18,7 @@ from hypothesis.extra import numpy as hnp
 
 from retime.errors import FormatError, FormatWarning, OutputExistsError
 from retime.formats import Limits, read, write
+from retime.motion.channels import text_label
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
@@ -173,8 +174,8 @@ def test_a_small_archive_of_zeros_is_no_bomb(tmp_path: Path) -> None:
         pytest.param(npy(3.0), "shape ()", id="no_dimension"),
         pytest.param(npy(np.zeros((0, 3))), "shape (0, 3)", id="no_frame"),
         pytest.param(npy(np.zeros((3, 0))), "shape (3, 0)", id="no_channel"),
-        pytest.param(npy(np.zeros((2, 2, 4))), "(n_frames, n_markers, 3)", id="markers_of_four"),
-        pytest.param(npy(np.zeros((1, 1, 1, 3))), "shape (1, 1, 1, 3)", id="four_dimensions"),
+        pytest.param(npy(np.zeros((2, 1, 1, 3))), "shape (2, 1, 1, 3); expected (n_frames,)", id="four_dimensions"),
+        pytest.param(npy(np.zeros((1, 1, 2, 1, 3))), "shape (1, 1, 2, 1, 3)", id="five_dimensions"),
         pytest.param(npy([[1, np.nan]]), "channel 'c1' at frame 0 is not finite", id="nan"),
         pytest.param(npy(np.array([1, np.inf], "f4")), "channel 'c0' at frame 1 is not finite", id="infinite"),
         pytest.param(npy([2**53 + 1]), "9007199254740993, more than 2**53", id="large_whole_number"),
@@ -199,7 +200,35 @@ def test_a_rate_must_be_given(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "says"),
     [
-        pytest.param(npz(positions=npy(VALUES)), "no array called values; it has 'positions.npy'", id="no_values"),
+        pytest.param(
+            npz(here=npy(VALUES), there=npy(VALUES)),
+            "no array called values; say which is meant (--array): here, there",
+            id="two_that_could_be_meant",
+        ),
+        pytest.param(npz(fps=npy(30), sex=npy("f")), "no array called values; it has 'fps', 'sex'", id="no_values"),
+        pytest.param(
+            npz(values=npy(VALUES), rate=npy(30), kinds=npy(["label"])),
+            "kinds are 2 texts, one a channel",
+            id="a_kind_less",
+        ),
+        pytest.param(
+            npz(values=npy(VALUES), rate=npy(30), kinds=npy(["label", "turn"])),
+            "kinds: the kind of a channel is one",
+            id="no_kind",
+        ),
+        pytest.param(
+            npz(values=npy(VALUES), rate=npy(30), kinds=npy(["label"] * 2), words=npy(["a"])),
+            "words need word_counts",
+            id="words",
+        ),
+        pytest.param(
+            npz(values=npy(VALUES), rate=npy(30), kinds=npy(["label"] * 2), words=npy(["a"]), word_counts=npy([0, 2])),
+            "word_counts say 2 words, and 1 are there",
+            id="a_word_less",
+        ),
+        pytest.param(
+            npz(poses=npy(VALUES), trans=npy(VALUES[:2])), "as many frames as one another; found poses 3", id="lengths"
+        ),
         pytest.param(npz(), "no array called values; it has nothing", id="no_member"),
         pytest.param(npz(values=b"hello"), "values.npy is no NumPy array", id="member_of_text"),
         pytest.param(npz(values=npy([{}], allow_pickle=True)), "never loaded", id="objects"),
@@ -393,3 +422,82 @@ def test_existing_files_and_motions(tmp_path: Path) -> None:
     motion = Motion(Skeleton(("a",), (-1,), np.zeros((1, 3))), np.array([[[1.0, 0, 0, 0]]]))
     with pytest.raises(FormatError, match="holds a signal"):
         write(motion, tmp_path / "b.npz")
+
+
+@pytest.mark.parametrize(
+    ("shape", "names"),
+    [
+        ((4, 3, 2), ("m0.x", "m0.y", "m1.x", "m1.y", "m2.x", "m2.y")),
+        ((4, 2, 3), ("m0.x", "m0.y", "m0.z", "m1.x", "m1.y", "m1.z")),
+        ((4, 1, 6), tuple(f"m0.{i}" for i in range(6))),
+        ((4, 2, 5), tuple(f"m{point}.{i}" for point in range(2) for i in range(5))),
+        ((1, 4, 3, 2), ("m0.x", "m0.y", "m1.x", "m1.y", "m2.x", "m2.y")),
+        # One frame of four points would be none to retime.
+        ((1, 4, 3), ("c0", "c1", "c2")),
+    ],
+)
+def test_points_are_read_as_they_come_and_written_so(tmp_path: Path, shape, names) -> None:
+    values = np.random.default_rng(0).normal(size=shape)
+    signal = read_signal(put(tmp_path, npy(values)), rate=30)
+    assert (signal.names, signal.n_frames) == (names, 4)
+    assert np.array_equal(signal.values, values.reshape(4, -1))
+    if shape[-1] != 5:
+        write(signal, tmp_path / "back.npy")
+        assert np.load(tmp_path / "back.npy").shape == (shape[1:] if shape[0] == 1 else shape)
+
+
+def test_fours_of_unit_length_are_rotations(tmp_path: Path) -> None:
+    q = np.random.default_rng(1).normal(size=(5, 3, 4))
+    unit = q / np.linalg.norm(q, axis=2, keepdims=True)
+    turning, other = (read_signal(put(tmp_path, npy(values)), rate=30) for values in (unit, q))
+    assert {str(kind) for kind in turning.kinds} == {"quaternion"}
+    assert {str(kind) for kind in other.kinds} == {"linear"}
+    between = turning.at([0.5 / 30]).values.reshape(3, 4)
+    np.testing.assert_allclose(np.linalg.norm(between, axis=1), 1, atol=1e-12)
+    # Each between its own two: as far from one as from the other.
+    away = [np.abs(np.einsum("jc,jc->j", between, unit[frame])) for frame in (0, 1)]
+    np.testing.assert_allclose(*away, atol=1e-9)
+
+
+@pytest.mark.parametrize("key", ["rate", "fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate"])
+def test_the_rate_has_many_names(tmp_path: Path, key: str) -> None:
+    path = put(tmp_path, npz(poses=npy(np.zeros((3, 6))), trans=npy(np.ones((3, 3))), **{key: npy(59.94)}), "a.npz")
+    signal = read_signal(path)
+    assert signal.rate == Fraction(60000, 1001)
+    assert signal.names == (*(f"poses.{i}" for i in range(6)), "trans.x", "trans.y", "trans.z")
+    assert np.array_equal(signal.values[:, 6:], np.ones((3, 3)))
+
+
+def test_an_array_is_chosen_by_name(tmp_path: Path) -> None:
+    points = np.random.default_rng(2).normal(size=(3, 2, 2))
+    members = {
+        "keypoints": npy(points),
+        "other": npy(np.zeros((3, 1))),
+        "joint_names": npy(["hip", "knee"]),
+        "notes": npy([{}], allow_pickle=True),
+    }
+    path = put(tmp_path, npz(**members), "a.npz")
+    signal = read_signal(path, rate=30, array="keypoints")
+    assert signal.names == ("hip.x", "hip.y", "knee.x", "knee.y")
+    both = read_signal(path, rate=30, array=["other", "keypoints"])
+    assert both.names == ("other.0", *(f"keypoints.{name}" for name in signal.names))
+    with pytest.raises(FormatError, match="no array called poses; it has 'keypoints', 'other', 'joint_names', 'notes'"):
+        read(path, rate=30, array="poses")
+    del members["other"]
+    # The only one that could be meant needs no naming; an object is none.
+    assert read_signal(put(tmp_path, npz(**members), "a.npz"), rate=30).names == signal.names
+
+
+def test_an_archive_keeps_what_channels_hold(tmp_path: Path) -> None:
+    codes, said = text_label(["walk", "run", "walk"])
+    values = np.column_stack([codes, [1.0, np.nan, 3.0], [0, 1, 0], [0.5, 0.25, 0.125]])
+    kinds = [said, "linear:cm", "label", "angle:rad"]
+    before = Signal(("action", "x", "n", "a"), values, 25, kinds=kinds, gaps="keep")
+    write(before, tmp_path / "kept.npz")
+    with pytest.warns(FormatWarning, match="kept gaps: x frames 1:1"):
+        after = read_signal(tmp_path / "kept.npz", gaps="keep")
+    assert after.kinds == before.kinds
+    assert after.texts("action") == ["walk", "run", "walk"]
+    assert np.array_equal(after.values, before.values, equal_nan=True)
+    with pytest.raises(FormatError, match="'x' at frame 1 is not finite: nan; --gaps bridge fills gaps"):
+        read(tmp_path / "kept.npz")

@@ -8,7 +8,6 @@ from retime.motion.channels import (
     LINEAR,
     ChannelKind,
     find_kinds,
-    kinds_text,
     matching,
     parse_channel,
     quaternion_groups,
@@ -106,7 +105,6 @@ def test_a_kind_that_is_none_is_refused(text: str, message: str) -> None:
 def test_a_channel_is_told_in_a_word() -> None:
     assert parse_channel("a=b = angle") == ("a=b", ChannelKind("angle", "deg"))
     assert parse_channel("x=linear:cm") == ("x", ChannelKind("linear", "cm"))
-    assert kinds_text(["x", "y"], [LINEAR, ChannelKind("label")]) == "x linear; y label"
 
 
 @pytest.mark.parametrize(

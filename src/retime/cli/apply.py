@@ -10,7 +10,7 @@ from retime.cli.clip_options import PATH, ClipOptions, clip_options, retimed
 from retime.cli.exit_codes import EXIT_FILE, exit_code
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_checks import check_format, check_outputs
-from retime.cli.output_options import no_average_option
+from retime.cli.output_options import held_frames, no_average_option, on_option, on_twos_option
 from retime.cli.terminal import Stages, report_error, say
 from retime.errors import OptionError, RetimeError, words_of
 
@@ -41,6 +41,8 @@ _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-di
     help="Put after each clip's name, before its ending, where -o does not name the output.",
 )
 @no_average_option
+@on_twos_option
+@on_option
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
 def command(
@@ -52,6 +54,8 @@ def command(
     out_dir: Path | None,
     suffix: str,
     average: bool,
+    on_twos: bool,
+    on: int | None,
     force: bool,
     quiet: bool,
 ) -> None:
@@ -81,9 +85,9 @@ def command(
     for clip, place in places.items():
         try:
             with stages.stage("read", f"reading {clip.name}"):
-                motion = clip_options.read(clip)
+                motion = clip_options.read(clip, beside=len(places) > 1)
             with stages.stage("apply", f"resampling {clip.name}"):
-                result = retimed(motion, timing, average=average)
+                result = retimed(motion, timing, average=average, held=held_frames(on_twos, on))
             with stages.stage("write", f"writing {place.name}"):
                 write(result, place, overwrite=force)
         except (RetimeError, OSError) as error:

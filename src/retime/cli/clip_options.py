@@ -14,6 +14,8 @@ import click
 
 from retime.cli.help_sections import Option
 from retime.errors import OptionError, RetimeWarning
+from retime.motion.channels import ChannelKind, parse_channel
+from retime.motion.gaps import GapPolicy
 from retime.motion.grammar import parse_frame_range
 from retime.motion.rate import parse_rate
 
@@ -62,6 +64,12 @@ class ClipOptions:
         The ASF of an AMC.
     repair, decimal_comma, up : bool, bool, str
         As `retime.read` has them.
+    channels : tuple of (str, ChannelKind)
+        What channels hold, by names or patterns.
+    gaps : GapPolicy, optional
+        What to do about values that are missing.
+    array : tuple of str
+        Arrays of an NPZ.
     is_reference : bool
         Whether the clip is to be imitated.
     """
@@ -73,21 +81,32 @@ class ClipOptions:
     repair: bool = False
     decimal_comma: bool = False
     up: Up | None = None
+    channels: tuple[tuple[str, ChannelKind], ...] = ()
+    gaps: GapPolicy | None = None
+    array: tuple[str, ...] = ()
     is_reference: bool = False
 
-    def read(self, path: Path) -> AnyMotion:
-        """Read a clip; raise FormatError, OSError or OptionError."""
-        from retime.formats.registry import read
+    def read(self, path: Path, *, beside: bool = False) -> AnyMotion:
+        """Read a clip; raise FormatError, OSError or OptionError.
+
+        One that stands `beside` another needn't have the channels that kinds were given for.
+        """
+        from retime.formats.read_options import ReadOptions
+        from retime.formats.registry import read_with, refuse_unfit
         from retime.motion.first_frames import hint_at_first_frames
 
-        clip = read(
-            path,
+        options = ReadOptions(
             rate=self.fps,
             skeleton=self.skeleton,
             repair=self.repair,
             decimal_comma=self.decimal_comma,
-            up=self.up,
+            channels=dict(self.channels),
+            gaps=self.gaps,
+            arrays=self.array,
         )
+        clip = read_with(path, options, up=self.up)
+        if not (beside or self.is_reference):
+            refuse_unfit(clip, options.channels)
         if not clip.name:
             clip = replace(clip, name=path.stem)
         if self.drop_first >= clip.n_frames:
@@ -116,14 +135,28 @@ def hint_at_up(clip: AnyMotion, up: str | None) -> None:
         )
 
 
-def retimed(clip: AnyMotion, warp: Warp, *, average: bool, feet: Contacts | None = None) -> AnyMotion:
-    """Apply a warp to whichever kind of clip this is; `feet`, where they were found already, spare finding them."""
+def retimed(clip: AnyMotion, warp: Warp, *, average: bool, feet: Contacts | None = None, held: int = 1) -> AnyMotion:
+    """Apply a warp to whichever kind of clip this is, and hold each pose for some frames.
+
+    `feet`, where they were found already, spare finding them.
+    """
     from retime.motion.signal import Signal
     from retime.warp.apply import apply_warp
+    from retime.warp.resampling import resample
 
     if isinstance(clip, Signal):
-        return apply_warp(clip, warp, average=average)
-    return apply_warp(clip, warp, average=average, contacts="find" if feet is None else feet)
+        return resample(apply_warp(clip, warp, average=average), on=held)
+    return resample(apply_warp(clip, warp, average=average, contacts="find" if feet is None else feet), on=held)
+
+
+def resampled(clip: AnyMotion, rate: Fraction | None, *, held: int) -> AnyMotion:
+    """Make another rate of whichever kind of clip this is, and hold each pose for some frames."""
+    from retime.motion.signal import Signal
+    from retime.warp.resampling import resample
+
+    if isinstance(clip, Signal):
+        return resample(clip, rate, on=held)
+    return resample(clip, rate, on=held)
 
 
 _OPTIONS = (
@@ -179,6 +212,36 @@ _OPTIONS = (
         default_text="y",
         help="Which axis of the file is vertical: y, or z. The output keeps the same axis.",
     ),
+    click.option(
+        "--channel",
+        "channels",
+        cls=Option,
+        section="Input",
+        metavar="NAME=KIND",
+        callback=parsed(parse_channel),
+        multiple=True,
+        default_text="found by name and values",
+        help="What a channel of a table holds: linear, angle:deg, angle:rad, quaternion (four columns), label, event "
+        "or time. NAME may have * and ?; repeat for more. retime info says what is found.",
+    ),
+    click.option(
+        "--gaps",
+        cls=Option,
+        section="Input",
+        metavar="HOW",
+        callback=parsed(GapPolicy.parse),
+        default_text="refused",
+        help="Values that a table lacks: bridge fills gaps of up to 1 s from both sides (bridge:0.2 up to 0.2 s), and "
+        "keeps longer ones; keep keeps all as gaps.",
+    ),
+    click.option(
+        "--array",
+        cls=Option,
+        section="Input",
+        metavar="NAME",
+        multiple=True,
+        help="Which array of an NPZ is meant; repeat for more, side by side.",
+    ),
 )
 
 
@@ -195,9 +258,13 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
         repair: bool,
         decimal_comma: bool,
         up: Up | None,
+        channels: tuple[tuple[str, ChannelKind], ...],
+        gaps: GapPolicy | None,
+        array: tuple[str, ...],
         **rest: Any,
     ) -> None:
-        function(clip_options=ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma, up), **rest)
+        options = ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma, up, channels, gaps, array)
+        function(clip_options=options, **rest)
 
     for option in reversed(_OPTIONS):
         packed = option(packed)

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 
 import click
 
-from retime.cli.clip_options import PATH, ClipOptions, clip_options
+from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed, resampled
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_checks import check_format, check_outputs
+from retime.cli.output_options import held_frames, on_option, on_twos_option
 from retime.cli.terminal import Stages, say
+from retime.motion.rate import parse_rate
 
-_EXAMPLES = "\b\nExamples\n  retime convert 86_01.amc walk.bvh --frames 1:550 --fps 120"
+_EXAMPLES = (
+    "\b\nExamples\n  retime convert 86_01.amc walk.bvh --frames 1:550 --fps 120\n"
+    "  retime convert walk.bvh film.bvh --rate 24 --on-twos"
+)
 
 
 @click.command(
@@ -20,12 +26,33 @@ _EXAMPLES = "\b\nExamples\n  retime convert 86_01.amc walk.bvh --frames 1:550 --
 @click.argument("clip", type=PATH, metavar="A")
 @click.argument("output", type=PATH, metavar="B")
 @clip_options
+@click.option(
+    "--rate",
+    cls=Option,
+    metavar="R",
+    callback=parsed(parse_rate),
+    default_text="that of A",
+    help="Frames a second of B: frames are made where they stand in time, so that B plays as A does. (--fps corrects "
+    "what A says of itself.)",
+)
+@on_twos_option
+@on_option
 @click.option("--force", cls=Option, is_flag=True, help="Replace B if it is there; never A.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
-def command(*, clip: Path, output: Path, clip_options: ClipOptions, force: bool, quiet: bool) -> None:
+def command(
+    *,
+    clip: Path,
+    output: Path,
+    clip_options: ClipOptions,
+    rate: Fraction | None,
+    on_twos: bool,
+    on: int | None,
+    force: bool,
+    quiet: bool,
+) -> None:
     """Read clip A and write it to B, in the format that B's ending names.
 
-    Also cuts (--frames, --drop-first) and corrects the rate (--fps). The timing stays.
+    Also cuts (--frames, --drop-first), corrects the rate (--fps) and makes another one (--rate). The timing stays.
     """
     skeletons = [] if clip_options.skeleton is None else [clip_options.skeleton]
     check_outputs({"B": output}, inputs=[clip, *skeletons], force=force)
@@ -37,6 +64,8 @@ def command(*, clip: Path, output: Path, clip_options: ClipOptions, force: bool,
     stages = Stages(quiet=quiet)
     with stages.stage("read", "reading"):
         motion = clip_options.read(clip)
+    with stages.stage("resample", "resampling"):
+        motion = resampled(motion, rate, held=held_frames(on_twos, on))
     with stages.stage("write", "writing"):
         write(motion, output, overwrite=force)
     if not quiet:

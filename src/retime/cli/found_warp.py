@@ -80,7 +80,7 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
         del result
     for clip, place in found.others:
         with stages.stage("apply", "resampling"):
-            result = retimed(clip, found.warp, average=outputs.average)
+            result = retimed(clip, found.warp, average=outputs.average, held=outputs.held)
         with stages.stage("write", "writing"):
             write(result, place, overwrite=outputs.force)
     if outputs.explain is not None and found.search is not None:

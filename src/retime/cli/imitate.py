@@ -127,7 +127,7 @@ def command(
     with stages.stage("read", "reading"):
         timing = read_warp(hand)
         motion = clip_options.read(clip)
-        others = [(clip_options.read(other), place) for other, place in outputs.also]
+        others = [(clip_options.read(other, beside=True), place) for other, place in outputs.also]
         there = motion
         if example_clip is not None:
             shared = replace(clip_options, frames=None, fps=example_fps)

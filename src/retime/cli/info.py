@@ -109,6 +109,7 @@ def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
     from retime.motion.contacts import contacts, named_feet
     from retime.motion.first_frames import frames_before_capture
     from retime.motion.flights import flights
+    from retime.motion.gaps import gaps_text
     from retime.motion.joint_names import body_parts, mirror_partners
     from retime.motion.kinematics import seems_z_up
     from retime.motion.motion import Motion
@@ -125,7 +126,15 @@ def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
         "seconds": clip.duration,
     }
     if not isinstance(clip, Motion):
-        return {**document, "channels": len(clip.names), "channel_names": list(clip.names)}
+        return {
+            **document,
+            "channels": len(clip.names),
+            "channel_names": list(clip.names),
+            "kinds": [str(kind) for kind in clip.kinds],
+            "words": {name: list(kind.words) for name, kind in zip(clip.names, clip.kinds, strict=True) if kind.words},
+            "weigh": [kind.weighs for kind in clip.kinds],
+            "gaps": gaps_text(clip.holes, clip.names, clip.first_frame),
+        }
     skeleton = clip.skeleton
     names, declared = skeleton.names, clip.declaration
     feet = contacts(clip).feet
@@ -158,7 +167,7 @@ def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
         ("length", f"{clip['seconds']:.3f} s"),
     ]
     if clip["holds"] == "signal":
-        return [*rows, ("channels", f"{clip['channels']}: {', '.join(clip['channel_names'])}")]
+        return [*rows, ("channels", f"{clip['channels']}: {', '.join(clip['channel_names'])}"), *_kind_rows(clip)]
     if clip["channels"] is not None:
         rows.append(("channels", str(clip["channels"])))
     metres = clip["metres_per_unit"]
@@ -175,6 +184,23 @@ def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
         ("flights", f"{len(flights)}: frames {', '.join(flights)}" if flights else "none"),
         *_names_rows(clip),
     ]
+
+
+def _kind_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
+    """Say what channels hold, those of a kind together, and what of them the search looks at."""
+    by_kind: dict[str, list[str]] = {}
+    idle = []
+    for name, kind, weighs in zip(clip["channel_names"], clip["kinds"], clip["weigh"], strict=True):
+        by_kind.setdefault(kind, []).append(name)
+        if not weighs:
+            idle.append(name)
+    rows = [("kinds", "; ".join(f"{kind}: {_few(names)}" for kind, names in by_kind.items()))]
+    rows += [("words", f"{name}: {_few(words)}") for name, words in clip["words"].items()]
+    if idle:
+        rows.append(("weigh", f"all but {_few(idle)}" if len(idle) < clip["channels"] else "none"))
+    if clip["gaps"]:
+        rows.append(("gaps", clip["gaps"]))
+    return rows
 
 
 def _names_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:

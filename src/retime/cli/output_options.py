@@ -36,6 +36,29 @@ no_average_option = click.option(
     help="Where the motion is sped up, show single moments of the input instead of averages over a few frames.",
 )
 
+on_twos_option = click.option(
+    "--on-twos",
+    cls=Option,
+    is_flag=True,
+    help="Hold each pose for two frames, as drawn animation does: stepped, not smooth.",
+)
+
+on_option = click.option(
+    "--on",
+    cls=Option,
+    metavar="N",
+    type=click.IntRange(1, 1000),
+    help="Hold each pose for N frames (--on 3: on threes).",
+)
+
+
+def held_frames(on_twos: bool, on: int | None) -> int:
+    """Return for how many frames a pose is held; raise OptionError where both options say it."""
+    if on_twos and on is not None:
+        raise OptionError("--on-twos is --on 2: give one of them")
+    return 2 if on_twos else on or 1
+
+
 _OPTIONS = (
     click.option(
         "-o",
@@ -73,6 +96,8 @@ _OPTIONS = (
         help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
     ),
     no_average_option,
+    on_twos_option,
+    on_option,
     click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
     click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),
     click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary."),
@@ -89,9 +114,16 @@ class OutputOptions:
     explain: Path | None
     also: tuple[tuple[Path, Path], ...]
     average: bool
+    on_twos: bool
+    on: int | None
     force: bool
     as_json: bool
     quiet: bool
+
+    @property
+    def held(self) -> int:
+        """For how many frames each pose of the output is held."""
+        return held_frames(self.on_twos, self.on)
 
     @property
     def places(self) -> list[Path]:
@@ -101,6 +133,8 @@ class OutputOptions:
 
     def check(self, clip: Path, inputs: Iterable[Path | None]) -> None:
         """Refuse, before anything is read, what could not be written; `inputs` are read beside the clip."""
+        if self.held > 1 and self.output is None and not self.also:
+            raise OptionError("poses are held in the retimed clip: give -o OUT, or --also")
         read = [clip, *(path for path in inputs if path is not None), *(other for other, _ in self.also)]
         outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
         outputs |= {f"--also {other}": place for other, place in self.also}

@@ -185,7 +185,7 @@ _EXAMPLES = (
     multiple=True,
     default_text="the clip itself",
     help="Imitate the timing of this clip; repeat for more. Joints are matched by name; --skeleton, --repair, "
-    "--decimal-comma and --up hold for it too.",
+    "--decimal-comma, --up, --channel, --gaps and --array hold for it too.",
 )
 @click.option(
     "--reference-frames",
@@ -282,7 +282,7 @@ def command(**given: Any) -> None:
     stages = Stages(quiet=request.outputs.quiet)
     with stages.stage("read", "reading"):
         clip = request.clip_options.read(request.clip)
-        others = [(request.clip_options.read(other), place) for other, place in request.outputs.also]
+        others = [(request.clip_options.read(other, beside=True), place) for other, place in request.outputs.also]
         references = _read_references(request, clip)
     hint_at_up(clip, request.clip_options.up)
     if request.many is not None:
@@ -323,6 +323,9 @@ def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:
                 repair=options.repair,
                 decimal_comma=options.decimal_comma,
                 up=options.up,
+                channels=options.channels,
+                gaps=options.gaps,
+                array=options.array,
                 is_reference=True,
             ).read(request.reference[i])
         else:

@@ -18,6 +18,7 @@ from array import array
 from collections.abc import Iterator
 from fractions import Fraction
 from io import BytesIO, StringIO
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +26,14 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
+from retime.formats.channel_meaning import GAPS_HINT, make_signal
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_rows import parse_rows
 from retime.formats.number_text import NumberTextError, parse_number
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import without_byte_order_mark
 from retime.motion.any_motion import AnyMotion
+from retime.motion.channels import ChannelKind, text_label
 from retime.motion.rate import rate_from_step
 from retime.motion.signal import Signal, numbered_names
 
@@ -40,6 +43,10 @@ _FORMULA = re.compile(r"[\s']*[=+\-@]")
 _ESCAPED = re.compile(r"'[\s']*[=+\-@]")
 # Rows are parsed in pieces of this size: parsing takes several times the memory of its text.
 _PIECE_BYTES = 1 << 22
+# How a value that is missing is written.
+_GAPS = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none"}
+# By so many rows it is told which columns are text.
+_ROWS_TO_TELL = 1000
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
@@ -114,6 +121,8 @@ class _Table:
         self.body, self.body_line = 0, 1
         self.names = self.header()
         self.values = np.empty((0, len(self.names)))
+        # Columns of text, found where a row is first met that is not all numbers; and the texts of each.
+        self.texts: dict[int, list[str]] | None = None
 
     def error(self, line: int | None, problem: str) -> FormatError:
         return FormatError(problem, path=self.path, line=line)
@@ -238,6 +247,8 @@ class _Table:
         values = array("d")
         failure = None
         n_columns = len(self.names)
+        if self.texts is None:
+            self.texts = {column: [] for column in self.text_columns(piece, first_line)}
         try:
             for line, _, fields in self.rows(piece, first_line):
                 if len(fields) != n_columns:
@@ -252,11 +263,30 @@ class _Table:
         return np.array(values).reshape(-1, n_columns), failure
 
     def number(self, line: int, column: int, field: str) -> float:
+        if self.texts and column in self.texts:
+            self.texts[column].append(field[1:] if _ESCAPED.match(field) else field)
+            return 0.0
         try:
             return parse_number(field.encode(), decimal_comma=self.options.decimal_comma)
         except NumberTextError as error:
-            problem = error.problem if field else "expected a number, found nothing"
-            raise self.error(line, f"column {self.names[column]!r}: {problem}") from None
+            if field.lower() in _GAPS:
+                if self.options.gaps is not None and self.names[column].lower() not in TIME_NAMES:
+                    return math.nan
+                problem = error.problem if field else "expected a number, found nothing"
+                raise self.error(line, f"column {self.names[column]!r}: {problem}; {GAPS_HINT}") from None
+            raise self.error(line, f"column {self.names[column]!r}: {error.problem}") from None
+
+    def text_columns(self, piece: bytes, first_line: int) -> list[int]:
+        """Find columns that hold text: words in two rows at least, and no number, as far as the first rows tell."""
+        rows = [fields for _, _, fields in islice(self.rows(piece, first_line), _ROWS_TO_TELL)]
+        found = []
+        for column, name in enumerate(self.names):
+            cells = [fields[column] for fields in rows if len(fields) == len(self.names)]
+            words = [cell for cell in cells if cell.lower() not in _GAPS]
+            if len(words) > 1 and name.lower() not in TIME_NAMES and not any(self.numeric(cell) for cell in words):
+                found.append(column)
+        # A table of text alone is none of what is read here.
+        return found if len(found) < len(self.names) else []
 
     def line_of_row(self, wanted: int) -> int:
         """Find the line of a row of numbers."""
@@ -286,11 +316,16 @@ class _Table:
         first_frame = None if time is None else _whole(float(self.values[0, time]) * float(rate))
         if first_frame is None:
             first_frame = 0 if frame is None else int(self.values[0, frame])
-        return Signal(
-            tuple(self.names[i] for i in kept),
+        known = {}
+        for column, texts in (self.texts or {}).items():
+            self.values[:, column], known[kept.index(column)] = text_label(texts[: len(self.values)])
+        return make_signal(
+            self.path,
+            [self.names[i] for i in kept],
             np.ascontiguousarray(self.values[:, kept]),
-            rate=rate,
-            name=self.path.stem,
+            rate,
+            self.options,
+            known,
             time_column="" if time is None else self.names[time],
             first_frame=first_frame,
         )
@@ -446,6 +481,28 @@ def _parts(signal: Signal, time: str, times: FloatArray, decimals: int) -> Itera
     writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL if confusing else csv.QUOTE_MINIMAL)
     writer.writerow([time, *names])
     yield text.getvalue().encode("utf-8", "replace")
+    numbers = all(kind.kind in ("linear", "angle", "quaternion") for kind in signal.kinds) and not signal.holes.any()
     for start in range(0, signal.n_frames, 1024):
-        rows = zip(times[start : start + 1024].tolist(), signal.values[start : start + 1024].tolist(), strict=True)
-        yield "".join([f"{at:.{decimals}f},{','.join(map(repr, row))}\n" for at, row in rows]).encode()
+        values = signal.values[start : start + 1024].tolist()
+        rows = zip(times[start : start + 1024].tolist(), values, strict=True)
+        if numbers:
+            yield "".join([f"{at:.{decimals}f},{','.join(map(repr, row))}\n" for at, row in rows]).encode()
+            continue
+        text.seek(0)
+        text.truncate()
+        for at, row in rows:
+            cells = [_cell(value, kind) for value, kind in zip(row, signal.kinds, strict=True)]
+            writer.writerow([f"{at:.{decimals}f}", *cells])
+        yield text.getvalue().encode("utf-8", "replace")
+
+
+def _cell(value: float, kind: ChannelKind) -> str:
+    """Write a value as its kind is written: a word, a whole number, nothing in a hole."""
+    if math.isnan(value):
+        return ""
+    if kind.words:
+        word = kind.words[int(value)]
+        return f"'{word}" if _FORMULA.match(word) else word
+    if kind.kind in ("label", "event") and value.is_integer():
+        return str(int(value))
+    return repr(value)

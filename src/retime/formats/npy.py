@@ -1,8 +1,11 @@
 """NPY and NPZ: a signal as NumPy's arrays.
 
-A .npy file is one array: (n_frames,), (n_frames, n_channels) or markers (n_frames, n_markers, 3). It holds no rate,
-which must be given. A .npz archive holds the same as ``values``, and may hold ``rate`` (text such as "24000/1001", or a
-number), ``names`` and ``first_frame``.
+A .npy file is one array: (n_frames,), (n_frames, n_channels) or points (n_frames, n_points, n_numbers); a 1 before
+these is passed over. Fours of unit length are rotations. It holds no rate, which must be given. A .npz archive holds
+such arrays by name: ``values``, ``poses`` and ``trans`` side by side, the only one that could be meant, or those that
+were chosen. It may hold a rate (``rate``, ``fps``, ``mocap_framerate`` ...: text such as "24000/1001", or a number),
+``names`` of all channels or ``joint_names`` of the points, ``first_frame``, and what the channels hold (``kinds``,
+``words``).
 
 Only plain numbers and text are read: nothing is unpickled or evaluated, and a claimed size is compared with the bytes
 that are there before anything is made of it.
@@ -16,7 +19,8 @@ import struct
 import warnings
 import zipfile
 import zlib
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -24,11 +28,13 @@ from pathlib import Path
 import numpy as np
 
 from retime.arrays import FloatArray
-from retime.errors import FormatError, FormatWarning, InvalidMotionError, OptionError
+from retime.errors import FormatError, FormatWarning, OptionError
 from retime.files import write_bytes
+from retime.formats.channel_meaning import make_signal
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
+from retime.motion.channels import ChannelKind
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal, numbered_names
 
@@ -53,7 +59,13 @@ _NUMBER_BYTES = {"i": (1, 2, 4, 8), "u": (1, 2, 4, 8), "f": (2, 4, 8), "b": (1,)
 _REFUSED = {"O": "Python objects, which are never loaded", "c": "complex numbers", "m": "time spans", "M": "dates"}
 # A small member may be all zeros, and so compress well past the ratio; only a large one can hurt.
 _SMALL_MEMBER = 1 << 20
-_KNOWN_MEMBERS = ("values.npy", "rate.npy", "names.npy", "first_frame.npy")
+_KNOWN_MEMBERS = ("names", "first_frame", "kinds", "words", "word_counts")
+_RATES = ("rate", "fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
+_POINT_NAMES = ("joint_names", "joints_names", "keypoint_names", "point_names", "marker_names")
+# Arrays that are the frames where an archive has them: retime's own, and those of a capture of body parameters.
+_USUAL = (("values",), ("poses", "trans"), ("poses",))
+# Fours of numbers are rotations where none is further from length 1.
+_UNIT_LENGTH = 0.02
 
 
 @dataclass(frozen=True)
@@ -83,7 +95,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     Returns
     -------
     Signal
-        Channels are called c0, c1 ..., those of markers m0.x, m0.y, m0.z, m1.x ..., or as the archive says.
+        Channels are called c0, c1 ..., those of points m0.x, m0.y, m0.z, m1.x ..., or as the archive says.
 
     Raises
     ------
@@ -105,28 +117,45 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     """
     if data.startswith(_MAGIC):
         members = {"values": _parse(path, data, "the array", options)}
+        meant: tuple[str, ...] = ("values",)
     elif data.startswith(b"PK"):
-        members = _members(path, data, options)
+        members, meant = _members(path, data, options)
     elif not data:
         raise FormatError("the file is empty; expected a NumPy array (NPY) or archive (NPZ)", path=path)
     else:
         kind = foreign_kind(data) or f"found the bytes {data[:6].hex(' ')}"
         raise FormatError(f"expected a NumPy array (NPY) or archive (NPZ), {kind}", path=path, byte=0)
-    values, names = _values(path, members["values"], options.limits)
-    if "names" in members:
+    points = _point_names(path, members, options.limits)
+    tables = [_values(path, members[name], name if len(meant) > 1 else "", points, options.limits) for name in meant]
+    lengths = {len(table.values) for table in tables}
+    if len(lengths) > 1:
+        counts = ", ".join(f"{name} {len(table.values)}" for name, table in zip(meant, tables, strict=True))
+        raise FormatError(f"arrays side by side have as many frames as one another; found {counts}", path=path)
+    values = np.concatenate([table.values for table in tables], axis=1)
+    names = tuple(name for table in tables for name in table.names)
+    if values.shape[1] > options.limits.channels:
+        raise FormatError(
+            f"{values.shape[1]} channels, the limit is {options.limits.channels} (Limits.channels)", path=path
+        )
+    if "names" in members and meant == ("values",):
         names = _names(path, members["names"], values.shape[1], options.limits)
     rate = options.rate
-    if rate is None and "rate" in members:
-        rate = _rate(path, members["rate"])
+    key = next((key for key in _RATES if key in members), None)
+    if rate is None and key is not None:
+        rate = _rate(path, members[key], key)
     if rate is None:
         raise FormatError("the file holds no rate, so it must be given (--fps)", path=path)
     first_frame = 0
     if "first_frame" in members:
         first_frame = int(_number(path, members["first_frame"], "first_frame", "iu"))
-    try:
-        return Signal(names, values, rate=rate, name=path.stem, first_frame=first_frame)
-    except InvalidMotionError as error:
-        raise FormatError(str(error), path=path) from None
+    known = _kinds(path, members, len(names))
+    if not known:
+        # Fours of an array that are rotations have no names that could say so.
+        start = 0
+        for table in tables:
+            known |= {start + column: ChannelKind("quaternion") for column in table.rotations}
+            start += len(table.names)
+    return make_signal(path, names, values, rate, options, known, first_frame=first_frame)
 
 
 def _parse(path: Path, data: bytes, what: str, options: ReadOptions) -> _Array:
@@ -213,12 +242,25 @@ def _floats(path: Path, what: str, array: _Array) -> FloatArray:
     return doubles.reshape(array.shape, order="F" if array.fortran else "C")
 
 
-def _values(path: Path, array: _Array, limits: Limits) -> tuple[FloatArray, tuple[str, ...]]:
-    """Make the table of values, shape (n_frames, n_channels), and its channels' plain names."""
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """An array laid out: values (n_frames, n_channels), their plain names, and which columns are rotations by fours."""
+
+    values: FloatArray
+    names: tuple[str, ...]
+    rotations: tuple[int, ...]
+
+
+def _values(path: Path, array: _Array, prefix: str, points: tuple[str, ...], limits: Limits) -> _Columns:
+    """Lay an array out as columns: (n_frames,), (n_frames, n_channels), (n_frames, n_points, n_numbers)."""
     shape = array.shape
-    if not (len(shape) in (1, 2) or (len(shape) == 3 and shape[2] == 3)) or 0 in shape:
+    # A batch of one, as networks give it.
+    if (len(shape) > 3 or (len(shape) == 3 and shape[1] > 1)) and shape[0] == 1:
+        shape = shape[1:]
+    if not 1 <= len(shape) <= 3 or 0 in shape:
         raise FormatError(
-            f"values have shape {shape}; expected (n_frames,), (n_frames, n_channels) or (n_frames, n_markers, 3)",
+            f"{prefix or 'values'} have shape {array.shape}; expected (n_frames,), (n_frames, n_channels) or "
+            "(n_frames, n_points, n_numbers)",
             path=path,
         )
     n_channels = math.prod(shape[1:])
@@ -226,14 +268,66 @@ def _values(path: Path, array: _Array, limits: Limits) -> tuple[FloatArray, tupl
         raise FormatError(f"{n_channels} channels, the limit is {limits.channels} (Limits.channels)", path=path)
     if shape[0] > limits.frames:
         raise FormatError(f"{shape[0]} frames, the limit is {limits.frames} (Limits.frames)", path=path)
-    values = np.ascontiguousarray(_floats(path, "values", array)).reshape(shape[0], n_channels)
-    return values, _plain_names(n_channels, markers=len(shape) == 3)
+    values = np.ascontiguousarray(_floats(path, prefix or "values", array)).reshape(shape[0], n_channels)
+    names = _plain_names(shape[1:], points, prefix)
+    rotations: tuple[int, ...] = ()
+    if len(shape) == 3 and shape[2] == 4:
+        lengths = np.linalg.norm(values.reshape(-1, 4), axis=1)
+        if np.isfinite(lengths).any() and np.nanmax(np.abs(lengths - 1)) < _UNIT_LENGTH:
+            rotations = tuple(range(n_channels))
+    return _Columns(values, names, rotations)
 
 
-def _plain_names(n_channels: int, *, markers: bool) -> tuple[str, ...]:
-    if markers:
-        return tuple(f"m{i // 3}.{'xyz'[i % 3]}" for i in range(n_channels))
-    return numbered_names(n_channels)
+def _plain_names(shape: tuple[int, ...], points: tuple[str, ...] = (), prefix: str = "") -> tuple[str, ...]:
+    """Name the columns of an array: c0 ..., of points m0.x ..., of a named array by its name."""
+    n_channels = math.prod(shape)
+    if len(shape) < 2:
+        if prefix and n_channels == 3:
+            return tuple(f"{prefix}.{axis}" for axis in "xyz")
+        return tuple(f"{prefix}.{i}" for i in range(n_channels)) if prefix else numbered_names(n_channels)
+    n_points, n_numbers = shape
+    axes = tuple("xyz"[:n_numbers]) if n_numbers in (2, 3) else tuple(map(str, range(n_numbers)))
+    named = points if len(points) == n_points else tuple(f"m{i}" for i in range(n_points))
+    start = f"{prefix}." if prefix else ""
+    return tuple(f"{start}{point}.{axis}" for point in named for axis in axes)
+
+
+def _point_names(path: Path, members: dict[str, _Array], limits: Limits) -> tuple[str, ...]:
+    """Return the names of points or joints that the archive has, if any."""
+    for key in _POINT_NAMES:
+        if key in members and members[key].kind in "SU" and len(members[key].shape) == 1:
+            return _names(path, members[key], members[key].shape[0], limits)
+    return ()
+
+
+def _kinds(path: Path, members: dict[str, _Array], n_channels: int) -> dict[int, ChannelKind]:
+    """Read what channels hold, as `write` writes it."""
+    if "kinds" not in members:
+        return {}
+    texts = _texts(path, "kinds", members["kinds"]) if members["kinds"].kind in "SU" else []
+    if len(texts) != n_channels:
+        raise FormatError(f"kinds are {n_channels} texts, one a channel; found {len(texts)}", path=path)
+    words = [[] for _ in texts] if "words" not in members else _words(path, members, n_channels)
+    try:
+        return {
+            place: replace(ChannelKind.parse(text), words=tuple(own))
+            for place, (text, own) in enumerate(zip(texts, words, strict=True))
+        }
+    except OptionError as error:
+        raise FormatError(f"kinds: {error}", path=path) from None
+
+
+def _words(path: Path, members: dict[str, _Array], n_channels: int) -> list[list[str]]:
+    """Part the words of all channels by how many each has."""
+    counts = members.get("word_counts")
+    words = members["words"]
+    if counts is None or counts.kind not in "iu" or counts.shape != (n_channels,) or words.kind not in "SU":
+        raise FormatError(f"words need word_counts, {n_channels} whole numbers, one a channel", path=path)
+    texts = _texts(path, "words", words)
+    ends = np.cumsum(_floats(path, "word_counts", counts)).astype(np.int64)
+    if np.any(np.diff(ends, prepend=0) < 0) or int(ends[-1]) != len(texts):
+        raise FormatError(f"word_counts say {int(ends[-1])} words, and {len(texts)} are there", path=path)
+    return [texts[start:stop] for start, stop in zip([0, *ends[:-1].tolist()], ends.tolist(), strict=True)]
 
 
 def _number(path: Path, array: _Array, what: str, kinds: str) -> float:
@@ -242,18 +336,18 @@ def _number(path: Path, array: _Array, what: str, kinds: str) -> float:
     return float(_floats(path, what, array).reshape(()))
 
 
-def _rate(path: Path, array: _Array) -> Fraction:
+def _rate(path: Path, array: _Array, key: str) -> Fraction:
     value: str | float
     if array.kind in "SU":
         if math.prod(array.shape) != 1:
-            raise FormatError(f"rate has shape {array.shape}; expected one text or number", path=path)
-        (value,) = _texts(path, "rate", array)
+            raise FormatError(f"{key} has shape {array.shape}; expected one text or number", path=path)
+        (value,) = _texts(path, key, array)
     else:
-        value = _number(path, array, "rate", "iuf")
+        value = _number(path, array, key, "iuf")
     try:
         return parse_rate(value)
     except OptionError as error:
-        raise FormatError(f"rate: {error}", path=path) from None
+        raise FormatError(f"{key}: {error}", path=path) from None
 
 
 def _names(path: Path, array: _Array, n_channels: int, limits: Limits) -> tuple[str, ...]:
@@ -285,31 +379,71 @@ def _texts(path: Path, what: str, array: _Array) -> list[str]:
         raise FormatError(f"{what} hold no text: {error.reason}", path=path) from None
 
 
-def _members(path: Path, data: bytes, options: ReadOptions) -> dict[str, _Array]:
-    """Read the arrays of an archive that are known here."""
+def _members(path: Path, data: bytes, options: ReadOptions) -> tuple[dict[str, _Array], tuple[str, ...]]:
+    """Read the arrays of an archive that matter, and say which of them are the frames."""
     arrays: dict[str, _Array] = {}
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
             members = archive.infolist()
             _refuse_dangerous(path, members, options.limits, len(data))
-            for member in members:
-                if member.filename in _KNOWN_MEMBERS:
-                    with archive.open(member) as file:
-                        inflated = file.read(member.file_size + 1)
-                    if not inflated.startswith(_MAGIC):
-                        raise FormatError(f"{member.filename} is no NumPy array", path=path)
-                    name = member.filename.removesuffix(".npy")
-                    arrays[name] = _parse(path, inflated, name, options)
-            if "values" not in arrays:
-                there = ", ".join(repr(member.filename[:80]) for member in members[:8]) or "nothing"
-                raise FormatError(f"the archive has no array called values; it has {there}", path=path)
+            by_name = {member.filename.removesuffix(".npy"): member for member in members}
+
+            def parse(name: str) -> _Array:
+                with archive.open(by_name[name]) as file:
+                    inflated = file.read(by_name[name].file_size + 1)
+                if not inflated.startswith(_MAGIC):
+                    raise FormatError(f"{by_name[name].filename} is no NumPy array", path=path)
+                return _parse(path, inflated, name, options)
+
+            for name in (*_KNOWN_MEMBERS, *_RATES, *_POINT_NAMES):
+                if name in by_name:
+                    arrays[name] = parse(name)
+            meant = _meant(path, by_name, options.arrays, parse)
+            for name in meant:
+                if name not in arrays:
+                    arrays[name] = parse(name)
     except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError) as error:
         raise FormatError(f"a damaged zip archive: {error}", path=path) from None
     except (RuntimeError, ValueError, OverflowError, OSError) as error:
         if isinstance(error, FormatError):
             raise
         raise FormatError(f"a zip archive that can't be read: {error}", path=path) from None
-    return arrays
+    return arrays, meant
+
+
+def _meant(
+    path: Path, there: Iterable[str], chosen: tuple[str, ...], parse: Callable[[str], _Array]
+) -> tuple[str, ...]:
+    """Say which arrays hold the frames: those that were chosen, usual ones, or the only one that could."""
+    names = list(there)
+    listed = ", ".join(repr(name[:80]) for name in names[:8]) + (" ..." if len(names) > 8 else "") or "nothing"
+    if chosen:
+        for name in chosen:
+            if name not in names:
+                raise FormatError(f"the archive has no array called {name}; it has {listed}", path=path)
+        return chosen
+    for usual in _USUAL:
+        if all(name in names for name in usual):
+            return usual
+    possible = []
+    for name in names:
+        if name in (*_KNOWN_MEMBERS, *_RATES, *_POINT_NAMES):
+            continue
+        try:
+            array = parse(name)
+        except FormatError:
+            # What is no plain array (an object, a picture) can't be the frames.
+            continue
+        if array.kind in "iuf" and len(array.shape) >= 2 and max(array.shape[:2]) > 1:
+            possible.append(name)
+    if len(possible) == 1:
+        return (possible[0],)
+    if possible:
+        raise FormatError(
+            f"the archive has no array called values; say which is meant (--array): {', '.join(possible[:8])}",
+            path=path,
+        )
+    raise FormatError(f"the archive has no array called values; it has {listed}", path=path)
 
 
 def _refuse_dangerous(path: Path, members: list[zipfile.ZipInfo], limits: Limits, n_bytes: int) -> None:
@@ -344,7 +478,7 @@ def _refuse_dangerous(path: Path, members: list[zipfile.ZipInfo], limits: Limits
 
 
 def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
-    """Write a .npz archive with values, names and rate, or a .npy array of the values alone.
+    """Write a .npz archive with values, names and rate, or a .npy array of the values alone, of points as points.
 
     Parameters
     ----------
@@ -369,17 +503,23 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
         raise FormatError("a NumPy array holds a signal, not a motion", path=path)
     n_channels = len(signal.names)
     if path.suffix.lower() != ".npz":
-        plain = [_plain_names(n_channels, markers=markers) for markers in (False, True)]
-        if signal.names not in plain:
+        shapes = [(n_channels,), *((n_channels // n, n) for n in (3, 2, 4, 6) if n_channels % n == 0)]
+        shape = next((shape for shape in shapes if _plain_names(shape) == signal.names), None)
+        if shape is None:
             warnings.warn(
                 f"{path}: a .npy holds numbers alone; the names of {n_channels} channels are not kept "
                 "(a .npz keeps them)",
                 FormatWarning,
                 stacklevel=3,
             )
-        write_bytes(path, _array_bytes(signal.values), overwrite=overwrite)
+        write_bytes(path, _array_bytes(signal.values.reshape(-1, *(shape or (n_channels,)))), overwrite=overwrite)
         return
     members = {"values": signal.values, "rate": np.array(str(signal.rate)), "names": np.array(signal.names)}
+    members["kinds"] = np.array([str(kind) for kind in signal.kinds])
+    words = [word for kind in signal.kinds for word in kind.words]
+    if words:
+        members["words"] = np.array(words)
+        members["word_counts"] = np.array([len(kind.words) for kind in signal.kinds])
     if signal.first_frame:
         members["first_frame"] = np.array(signal.first_frame)
     file = BytesIO()

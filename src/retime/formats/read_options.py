@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
 from retime.files import MOST_BYTES
+from retime.motion.channels import ChannelKind
+from retime.motion.gaps import GapPolicy
 
 
 @dataclass(frozen=True)
@@ -67,6 +70,12 @@ class ReadOptions:
         Keep what is whole of a damaged file, with a warning, where that is possible.
     decimal_comma : bool
         Numbers are written with a comma (0,5) instead of a point.
+    channels : mapping of str to ChannelKind
+        What channels hold, by their names or patterns of them.
+    gaps : GapPolicy, optional
+        What to do about values that are missing; left out, they are refused.
+    arrays : tuple of str
+        Arrays of an NPZ that are meant; none given, those that are usual.
     limits : Limits
         Sizes not to go past.
     """
@@ -75,4 +84,7 @@ class ReadOptions:
     skeleton: Path | None = None
     repair: bool = False
     decimal_comma: bool = False
+    channels: Mapping[str, ChannelKind] = field(default_factory=dict)
+    gaps: GapPolicy | None = None
+    arrays: tuple[str, ...] = ()
     limits: Limits = field(default_factory=Limits)

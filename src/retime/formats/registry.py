@@ -7,6 +7,7 @@ Modules are imported when a file of theirs is met.
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from os import PathLike
@@ -19,6 +20,8 @@ from retime.errors import FormatError, OptionError
 from retime.files import read_bytes
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
+from retime.motion.channels import ChannelKind, KindLike, as_kind, matching
+from retime.motion.gaps import GapPolicy
 from retime.motion.motion import UPS, Motion, Up
 from retime.motion.rate import parse_rate
 from retime.warp.curve import Warp
@@ -110,6 +113,9 @@ def read(
     repair: bool = False,
     decimal_comma: bool = False,
     up: Up | None = None,
+    kinds: Mapping[str, KindLike] | None = None,
+    gaps: str | None = None,
+    array: str | Sequence[str] = (),
     limits: Limits | None = None,
 ) -> AnyMotion:
     """Read a motion, or a signal, from a file.
@@ -144,7 +150,7 @@ def read(
     OSError
         The file can't be opened.
     OptionError
-        No such axis.
+        No such axis, kind, or way with gaps; or no channel that a kind was given for.
 
     Warns
     -----
@@ -159,14 +165,40 @@ def read(
         skeleton=None if skeleton is None else Path(skeleton),
         repair=repair,
         decimal_comma=decimal_comma,
+        channels={name: as_kind(kind) for name, kind in (kinds or {}).items()},
+        gaps=None if gaps is None else GapPolicy.parse(gaps),
+        arrays=(array,) if isinstance(array, str) else tuple(array),
         limits=limits or Limits(),
     )
+    clip = read_with(path, options, up=up)
+    refuse_unfit(clip, options.channels)
+    return clip
+
+
+def read_with(path: Path, options: ReadOptions, *, up: Up | None = None) -> AnyMotion:
+    """Do what `read` says; channels that were chosen and are not there are passed over, as they may be another clip's.
+
+    Raises
+    ------
+    FormatError, OSError, OptionError
+        As of `read`.
+    """
     known = format_of(path)
     try:
         clip = _module(known).read(path, read_bytes(path, options.limits.file_bytes), options)
     except MemoryError:
         raise FormatError("this machine has too little memory for what the file holds", path=path) from None
     return replace(clip, up=up) if up is not None and isinstance(clip, Motion) else clip
+
+
+def refuse_unfit(clip: AnyMotion, channels: Mapping[str, ChannelKind]) -> None:
+    """Raise OptionError where a kind was chosen for a channel that a clip hasn't."""
+    for pattern in channels:
+        if isinstance(clip, Motion):
+            raise OptionError(f"{clip.name or 'the motion'} has joints, whose kinds are known: {pattern!r} is none")
+        if not matching(pattern, (*clip.names, clip.time_column)):
+            some = ", ".join(clip.names[:12]) + (" ..." if len(clip.names) > 12 else "")
+            raise OptionError(f"{clip.name or 'the signal'} has no channel {pattern!r}; there are {some}")
 
 
 def write(motion: AnyMotion, path: str | PathLike[str], *, overwrite: bool = False) -> None:

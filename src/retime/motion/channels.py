@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import fnmatch
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -366,20 +365,3 @@ def _kind_by(words: Sequence[str], name: str, values: FloatArray) -> ChannelKind
 def _in(values: FloatArray, low: float, high: float) -> np.ndarray:
     """Tell which numbers lie in a range; holes do."""
     return np.asarray(np.isnan(values) | ((values >= low) & (values <= high)))
-
-
-def kinds_text(names: Sequence[str], kinds: Sequence[ChannelKind]) -> str:
-    """Say of all channels what they hold, those of a kind together.
-
-    Examples
-    --------
-    >>> kinds_text(["x", "y", "yaw"], [LINEAR, LINEAR, ChannelKind("angle")])
-    'x, y linear; yaw angle:deg'
-    """
-    count = Counter(str(kind) for kind in kinds)
-    parts = []
-    for kind in count:
-        of_kind = [name for name, one in zip(names, kinds, strict=True) if str(one) == kind]
-        more = f" and {len(of_kind) - 8} more" if len(of_kind) > 8 else ""
-        parts.append(f"{', '.join(of_kind[:8])}{more} {kind}")
-    return "; ".join(parts)

@@ -3,15 +3,76 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from retime.arrays import BoolArray, FloatArray
+from retime.brief import kind_of
+from retime.errors import OptionError
 from retime.motion.blending import blended
 from retime.motion.channels import ChannelKind, quaternion_groups
+from retime.motion.grammar import parse_number
 
 Gaps = Literal["refuse", "keep"]
+
+
+# Longer gaps are no loss of a few frames: what happened in them can't be told from their ends.
+_USUAL_BRIDGE = 1.0
+
+
+@dataclass(frozen=True)
+class GapPolicy:
+    """What a reader does about values that are missing.
+
+    Attributes
+    ----------
+    bridge : float
+        Seconds: gaps up to this long are bridged (`bridged`), longer ones stay holes. 0 bridges none.
+
+    Examples
+    --------
+    >>> GapPolicy.parse("bridge").bridge, GapPolicy.parse("bridge:0.25").bridge, GapPolicy.parse("keep").bridge
+    (1.0, 0.25, 0.0)
+    """
+
+    bridge: float = 0.0
+
+    @classmethod
+    def parse(cls, text: str) -> GapPolicy:
+        """Read ``bridge``, ``bridge:SECONDS`` or ``keep``; raise OptionError where it is none of these."""
+        if not isinstance(text, str):
+            raise OptionError(f"gaps are 'bridge', 'bridge:SECONDS' or 'keep'; found {kind_of(text)}")
+        word, sign, seconds = text.strip().lower().partition(":")
+        if word == "keep" and not sign:
+            return cls(0.0)
+        if word != "bridge":
+            raise OptionError(f"gaps are 'bridge', 'bridge:SECONDS' or 'keep'; found {text!r}")
+        return cls(parse_number(seconds, above=True, unit="s") if sign else _USUAL_BRIDGE)
+
+
+def gaps_text(missing: BoolArray, names: Sequence[str], first_frame: int = 0) -> str:
+    """Say where values are missing, channel by channel: their frames, as ``21:26``, both included.
+
+    Examples
+    --------
+    >>> gaps_text(np.array([[False, True], [False, True], [True, False]]), ["x", "y"])
+    'x frames 2:2; y frames 0:1'
+    """
+    said: dict[str, list[str]] = {}
+    for place, name in enumerate(names):
+        spans = gap_spans(missing[:, place])
+        if spans:
+            shown = ", ".join(f"{first_frame + start}:{first_frame + stop - 1}" for start, stop in spans[:4])
+            more = f" and {len(spans) - 4} more" if len(spans) > 4 else ""
+            said.setdefault(f"{shown}{more}", []).append(name)
+    parts = [f"{_some(of)} frames {where}" for where, of in said.items()]
+    return "; ".join(parts[:6]) + (f"; and {len(parts) - 6} more channels" if len(parts) > 6 else "")
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
 
 
 def holes_of(values: FloatArray) -> BoolArray:
