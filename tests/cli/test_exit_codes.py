@@ -155,22 +155,22 @@ def test_what_stops_the_work_is_told_in_a_line(run, clips, monkeypatch, problem,
     def stop(*args: object, **options: object) -> None:
         raise problem
 
-    monkeypatch.setattr(registry, "read", stop)
+    monkeypatch.setattr(registry, "read_with", stop)
     result = run("info", clips.bvh, code=code)
     assert says in result.stderr
     assert result.stderr.count("\n") == 1
 
 
 def test_a_warning_is_shown_once_and_not_as_python_shows_it(run, clips, monkeypatch) -> None:
-    read = registry.read
+    read = registry.read_with
 
-    def twice(path: Path, **options: object) -> object:
+    def twice(path: Path, *options: object, **up: object) -> object:
         for _ in range(2):
             warnings.warn("the T-pose was kept", FormatWarning, stacklevel=1)
         warnings.warn("something \x1b[31melse", RetimeWarning, stacklevel=1)
-        return read(path, **options)
+        return read(path, *options, **up)
 
-    monkeypatch.setattr(registry, "read", twice)
+    monkeypatch.setattr(registry, "read_with", twice)
     result = run("info", clips.bvh)
     assert result.stderr == "warning: the T-pose was kept\nwarning: something \\x1b[31melse\n"
 
@@ -179,7 +179,7 @@ def test_a_warning_of_another_library_is_left_to_python(run, clips, monkeypatch)
     def warn(*args: object, **options: object) -> None:
         warnings.warn("division", RuntimeWarning, stacklevel=1)
 
-    monkeypatch.setattr(registry, "read", warn)
+    monkeypatch.setattr(registry, "read_with", warn)
     with pytest.raises(AssertionError, match="division"):
         run("info", clips.bvh)
 

@@ -14,14 +14,14 @@ import click
 
 from retime.cli.help_sections import Option
 from retime.errors import OptionError, RetimeWarning
-from retime.motion.channels import ChannelKind, parse_channel
-from retime.motion.gaps import GapPolicy
 from retime.motion.grammar import parse_frame_range
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
     from retime.motion.any_motion import AnyMotion
+    from retime.motion.channels import ChannelKind
     from retime.motion.contacts import Contacts
+    from retime.motion.gaps import GapPolicy
     from retime.motion.motion import Up
     from retime.warp.curve import Warp
 
@@ -159,6 +159,19 @@ def resampled(clip: AnyMotion, rate: Fraction | None, *, held: int) -> AnyMotion
     return resample(clip, rate, on=held)
 
 
+def _channel(text: str) -> tuple[str, ChannelKind]:
+    # Numbers come in with it, for which nobody should wait who asks for help.
+    from retime.motion.channels import parse_channel
+
+    return parse_channel(text)
+
+
+def _gaps(text: str) -> GapPolicy:
+    from retime.motion.gaps import GapPolicy
+
+    return GapPolicy.parse(text)
+
+
 _OPTIONS = (
     click.option(
         "--frames",
@@ -218,7 +231,7 @@ _OPTIONS = (
         cls=Option,
         section="Input",
         metavar="NAME=KIND",
-        callback=parsed(parse_channel),
+        callback=parsed(_channel),
         multiple=True,
         default_text="found by name and values",
         help="What a channel of a table holds: linear, angle:deg, angle:rad, quaternion (four columns), label, event "
@@ -229,7 +242,7 @@ _OPTIONS = (
         cls=Option,
         section="Input",
         metavar="HOW",
-        callback=parsed(GapPolicy.parse),
+        callback=parsed(_gaps),
         default_text="refused",
         help="Values that a table lacks: bridge fills gaps of up to 1 s from both sides (bridge:0.2 up to 0.2 s), and "
         "keeps longer ones; keep keeps all as gaps.",

@@ -71,7 +71,7 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
     if outputs.output is not None:
         with stages.stage("apply", "resampling"):
             feet = contacts(found.clip) if isinstance(found.clip, Motion) else None
-            result = retimed(found.clip, found.warp, average=outputs.average, feet=feet)
+            result = retimed(found.clip, found.warp, average=outputs.average, feet=feet, held=outputs.held)
         with stages.stage("write", "writing"):
             write(result, outputs.output, overwrite=outputs.force)
         if outputs.as_json or not outputs.quiet:

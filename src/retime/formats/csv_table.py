@@ -45,6 +45,8 @@ _ESCAPED = re.compile(r"'[\s']*[=+\-@]")
 _PIECE_BYTES = 1 << 22
 # How a value that is missing is written.
 _GAPS = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none"}
+# A word of a text begins otherwise: what begins like this is a number, or one that is written wrongly.
+_LIKE_A_NUMBER = re.compile(r"[+-]?[.,]?\d|[+-]?(nan|inf|infinity)$", re.IGNORECASE)
 # By so many rows it is told which columns are text.
 _ROWS_TO_TELL = 1000
 
@@ -283,7 +285,11 @@ class _Table:
         for column, name in enumerate(self.names):
             cells = [fields[column] for fields in rows if len(fields) == len(self.names)]
             words = [cell for cell in cells if cell.lower() not in _GAPS]
-            if len(words) > 1 and name.lower() not in TIME_NAMES and not any(self.numeric(cell) for cell in words):
+            if (
+                len(words) > 1
+                and name.lower() not in TIME_NAMES
+                and not any(_LIKE_A_NUMBER.match(cell) for cell in words)
+            ):
                 found.append(column)
         # A table of text alone is none of what is read here.
         return found if len(found) < len(self.names) else []
