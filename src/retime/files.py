@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 
-from retime.errors import FormatError, OutputExistsError
+from retime.errors import FormatError, OptionError, OutputExistsError
 
 MOST_BYTES = 1 << 30
 """Of a file that is read, where nobody says otherwise."""
@@ -59,14 +59,17 @@ def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, ov
     ------
     OutputExistsError
         The file is there, and `overwrite` is not set.
+    FormatError
+        What is there is a device, a pipe or a socket: a rename would put a file in its stead.
     OSError
-        The folder is missing or can't be written, or the disk is full.
+        The folder is missing, links lead round in a circle, it can't be written, or the disk is full.
     """
     path = Path(path)
     if not overwrite and path.exists():
         raise OutputExistsError(path)
     # Follow a symbolic link, so that the rename replaces the file it means and not the link.
-    place = Path(os.path.realpath(path))
+    place = resolved(path)
+    _check_regular(place, path)
     beside = place.with_name(f".retime-{secrets.token_hex(8)}.tmp")
     try:
         with beside.open("xb") as file:
@@ -84,6 +87,36 @@ def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, ov
         beside.unlink(missing_ok=True)
         raise
     sync_folder(place.parent)
+
+
+def resolved(path: str | PathLike[str]) -> Path:
+    """Return an absolute path without links; one of a circle of links is left as it is, for its opening to fail.
+
+    `Path.resolve` raises errors that are no OSError, for such a circle and for a NUL.
+
+    Raises
+    ------
+    OptionError
+        The name holds a NUL, which no file's name can.
+    """
+    try:
+        return Path(os.path.realpath(path))
+    except ValueError:
+        raise OptionError(f"{os.fspath(path)!r}: no file can have such a name") from None
+
+
+def _check_regular(place: Path, path: Path) -> None:
+    """Refuse to rename over what is no regular file."""
+    try:
+        mode = place.lstat().st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISLNK(mode):
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(mode):
+        raise FormatError("this is not a regular file (a device, a pipe or a socket); it is not replaced", path=path)
 
 
 def _rename_to_free_name(beside: Path, place: Path, path: Path) -> None:

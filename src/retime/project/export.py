@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from retime.errors import FormatError, OptionError
+from retime.files import resolved
 from retime.formats.registry import write
 from retime.formats.warp_file import write_warp
 from retime.motion.signal import Signal
@@ -20,7 +21,7 @@ def check_no_input(place: Path, document: Document) -> None:
         try:
             same = place.samefile(path)
         except OSError:
-            same = place.resolve() == Path(path).resolve()
+            same = resolved(place) == resolved(path)
         if same:
             raise OptionError(f"{place} is an input; choose another place, an input is never overwritten")
 

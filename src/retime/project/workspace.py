@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from retime.errors import FormatError, OptionError
-from retime.files import read_bytes
+from retime.files import read_bytes, resolved
 from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.file import SUFFIX, Project, digest_of, files_of, project_bytes, read_project, save_project
 from retime.project.history import History
@@ -85,7 +85,7 @@ class Workspace:
         FormatError, OutputExistsError, OptionError, OSError
             It is not saved, and the file is as it was.
         """
-        path = path.resolve()
+        path = resolved(path)
         data = project_bytes(history.present, warps, path.parent)
         digest = digest_of(data)
         if path != self.path:
@@ -132,8 +132,8 @@ def new_document(
     OptionError
         A name that is no text.
     """
-    files = [str(Path(path).resolve()) for path in clips]
-    others = [str(Path(path).resolve()) for path in references or []]
+    files = [str(resolved(path)) for path in clips]
+    others = [str(resolved(path)) for path in references or []]
     for path in (*files, *others):
         try:
             path.encode()
@@ -197,7 +197,7 @@ def open_project(path: Path, new: Document | None = None) -> Workspace:
     OSError
         It can't be read, or its journal can't be written.
     """
-    path = path.resolve()
+    path = resolved(path)
     if path.suffix.lower() != SUFFIX:
         raise FormatError(f"a project's name ends in {SUFFIX}", path=path)
     journal = Journal(journal_of_project(path))
