@@ -290,3 +290,21 @@ def test_wrapped_rows_across_the_blocks_that_are_parsed_at_once(tmp_path: Path, 
     assert isinstance(motion, Motion)
     assert motion.declared_angles is not None
     np.testing.assert_array_equal(motion.declared_angles.reshape(n_frames, -1), np.deg2rad(values))
+
+
+@pytest.mark.parametrize(
+    ("written", "rate", "words"),
+    [("33.333", 30, "taken for milliseconds, 30 Hz"), ("30", 30, "taken for a rate, 30 Hz")],
+)
+def test_a_frame_time_that_is_none_is_repaired_aloud(tmp_path: Path, written: str, rate: int, words: str) -> None:
+    text = (DATA / "plain.bvh").read_text()
+    before = next(line for line in text.splitlines() if line.startswith("Frame Time:"))
+    path = tmp_path / "wrong.bvh"
+    path.write_text(text.replace(before, f"Frame Time: {written}"))
+    line = text.splitlines().index(before) + 1
+    with pytest.warns(FormatWarning, match=rf"wrong.bvh:{line}: a frame time of {written} s .* {words}"):
+        assert read(path).rate == rate
+    # Who says the rate is believed, and nothing is repaired.
+    assert read(path, rate=25).rate == 25
+    path.write_text(text.replace(before, "Frame Time: 3"))
+    assert read(path).rate == Fraction(1, 3)

@@ -112,7 +112,7 @@ def test_frames_between_keep_to_the_angles_of_the_file(tmp_path: Path) -> None:
         Fraction(7, 3),
         Fraction(59469, 2000),
         Fraction(1, 7),
-        Fraction(1, 20),
+        Fraction(1, 19),
         Fraction(1, 10**6),
         Fraction(10**6),
         Fraction(1000000, 33333),

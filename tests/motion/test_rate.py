@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from retime.errors import OptionError
-from retime.motion.rate import parse_rate, rate_from_frame_time
+from retime.motion.rate import parse_rate, rate_from_frame_time, rate_meant_by
 
 FILM = Fraction(24000, 1001)
 NTSC = Fraction(30000, 1001)
@@ -275,3 +275,26 @@ class TestParseRate:
         with pytest.raises(OptionError, match=r"^expected a frame rate .*, found") as refusal:
             parse_rate(value)
         assert len(str(refusal.value)) < 200
+
+
+@pytest.mark.parametrize(
+    ("frame_time", "what", "rate"),
+    [
+        ("33.333", "milliseconds", Fraction(30)),
+        ("33.3667", "milliseconds", Fraction(30000, 1001)),
+        ("40", "milliseconds", Fraction(25)),
+        ("16.666667", "milliseconds", Fraction(60)),
+        ("8.333333", "milliseconds", Fraction(120)),
+        ("30", "a rate", Fraction(30)),
+        ("60.000000", "a rate", Fraction(60)),
+        ("24", "a rate", Fraction(24)),
+        ("120", "a rate", Fraction(120)),
+    ],
+)
+def test_frame_times_that_are_none(frame_time: str, what: str, rate: Fraction) -> None:
+    assert rate_meant_by(frame_time) == (what, rate)
+
+
+@pytest.mark.parametrize("frame_time", ["1.0", "2", "7", "1234.5", "0.0333"])
+def test_frame_times_that_may_be_meant(frame_time: str) -> None:
+    assert rate_meant_by(frame_time) is None

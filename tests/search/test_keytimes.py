@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.motion.signal import Signal
 from retime.search.keytimes import as_keytimes, check_keytimes
-from retime.search.path_curve import _bounded, knots_of_path
+from retime.search.path_curve import bounded, knots_of_path
 from retime.search.reduction import Reduction, reduce_to_compression
 from retime.search.wishes.kept import speed_bounds
 from retime.warp.keytime import Keytime, keytime_of
@@ -347,7 +347,7 @@ def test_what_a_step_at_its_bound_can_not_take_the_others_do(seed: int) -> None:
     assume((scaled[choice] > 0).all())
     # Bounds that leave no room at all are met by any share of it.
     assume(not choice.any() or most - least > 1e-6)
-    found = _bounded(spacing, scaled, change, choice, low, high)
+    found = bounded(spacing, scaled, change, choice, low, high)
     if not choice.any():
         assert found is not None
         np.testing.assert_array_equal(found, scaled)

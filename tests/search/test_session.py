@@ -609,5 +609,8 @@ def test_a_lock_is_kept_beside_keytimes_that_lie_between_frames() -> None:
 
 
 def test_a_table_that_no_machine_should_make_is_refused_with_what_to_change() -> None:
-    with pytest.raises(OptionError, match=r"needs a table of .* scores.* is the most\. Take a shorter part"):
+    with pytest.raises(
+        OptionError,
+        match=r"about \d+ GB of memory; the limit is 4 GB .RETIME_MOST_MEMORY=GB sets another.*shorter output",
+    ):
         guided_warp(curve(400), length="65%", upsample=120)

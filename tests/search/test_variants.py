@@ -69,6 +69,8 @@ def test_locks_limits_and_references_hold_in_all() -> None:
         assert take.n_reference == 90
 
 
+# A lock from end to end leaves keytimes drawn inside it no room: that is said, until there are none left to draw.
+@pytest.mark.filterwarnings("ignore:not quite kept")
 @pytest.mark.parametrize(
     ("given", "message"),
     [

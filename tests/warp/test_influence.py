@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from retime.motion.signal import Signal
 from retime.search.guided import guided_warp
+from retime.search.promises import broken_promises
 from retime.search.session import GuidedWarp, Session
 from retime.warp.blend import blend
 from retime.warp.curve import Warp
@@ -39,9 +40,18 @@ def session() -> Session:
 
 @cache
 def ends(problem: str) -> tuple[GuidedWarp, Warp]:
-    """The guided warp alone, and the spline through the same keytimes."""
+    """The guided warp alone, and the spline through the same keytimes.
+
+    Beside a tangent that is straight for a moment, so that its speed is there to the last digit.
+    """
     result = session().solve(keys=PROBLEMS[problem], length="95%" if problem != "mixed" else None)
-    return result, spline_warp(result.reduction.keytimes, rate=float(RATE))
+    spline = spline_warp(result.reduction.keytimes, rate=float(RATE))
+    if problem == "tangent":
+        straight = mixed(problem, 0.0)
+        times = np.linspace(0, spline.output_end, 997)
+        np.testing.assert_allclose(straight(times), spline(times), rtol=0, atol=2e-3)
+        spline = straight
+    return result, spline
 
 
 def mixed(problem: str, influence: object) -> Warp:
@@ -80,6 +90,12 @@ def test_half_is_the_mean_of_both_at_every_time(problem: str) -> None:
     result, spline = ends(problem)
     times = np.linspace(0, spline.output_end, 997)
     np.testing.assert_allclose(mixed(problem, 0.5)(times), (spline(times) + result.warp(times)) / 2, atol=1e-12)
+
+
+@pytest.mark.parametrize("influence", [0.0, 0.3, 0.5, [(0.0, 0.0), (1.0, 1.0), (1.2, 0.1)]])
+def test_a_tangent_stays_whatever_the_influence(influence: object) -> None:
+    keys = session().solve(keys=PROBLEMS["tangent"], length="95%").reduction.keytimes
+    assert broken_promises(mixed("tangent", influence), keys) == ()
 
 
 CURVES = st.lists(

@@ -25,7 +25,7 @@ from retime.formats.number_text import (
 )
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import LINE_END, Lines, count_line_ends
-from retime.motion.rate import rate_from_frame_time
+from retime.motion.rate import rate_from_frame_time, rate_meant_by
 
 _FRAMES = re.compile(rb"frames\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
 _FRAME_TIME = re.compile(rb"frame\s*time\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
@@ -113,7 +113,17 @@ def _frame_time(lines: Lines, options: ReadOptions) -> tuple[Fraction, str]:
         if options.rate is None:
             lines.fail(f"Frame Time: {error}{remedy}")
         return options.rate, ""
-    return options.rate or rate, declared
+    if options.rate is not None:
+        return options.rate, declared
+    if rate < 1 and (meant := rate_meant_by(declared)) is not None:
+        what, rate = meant
+        # Written back it is seconds.
+        note = (
+            f"a frame time of {declared} s is hardly meant: taken for {what}, {float(rate):g} Hz (--fps gives another)"
+        )
+        warnings.warn(FormatWarning(f"{fspath(lines.path)}:{lines.number}: {note}"), stacklevel=2)
+        return rate, ""
+    return rate, declared
 
 
 class _Damage(Exception):

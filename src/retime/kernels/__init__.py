@@ -18,6 +18,7 @@ from retime.errors import OptionError, RetimeWarning
 from retime.kernels.steps import StepPairs as StepPairs
 
 BACKENDS = ("compiled", "numpy")
+_MOST_THREADS = 256
 
 
 class Backend(Protocol):
@@ -170,6 +171,15 @@ class PricedPath:
     sweep_seconds: float
 
     __repr__ = brief_repr
+
+
+def n_threads() -> int:
+    """Threads to use: RETIME_THREADS, else as many as this process may run on."""
+    wanted = os.environ.get("RETIME_THREADS", "").lstrip("0")
+    if wanted.isascii() and wanted.isdigit():
+        # More would only cost memory, and an endless number is no int.
+        return min(int(wanted[:6]), _MOST_THREADS)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @cache

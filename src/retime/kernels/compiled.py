@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-import os
 
 import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, _kernels
+from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, _kernels, n_threads
 from retime.progress import look
 
 # Long kernels tell how far they are, and end where that raises.
 _kernels.tell(look)
 
-_MOST_THREADS = 256
 # A reference of so many frames is worth putting in order for so many triples.
 _LONG = 4096
 _MANY = 64_000
@@ -27,15 +25,6 @@ _LOST_VARIANCE = 0.002
 _ANY = np.zeros((0, 2), dtype=np.int64)
 # Bytes of costs that a search in step with a reference makes at once.
 _ALIGNED_COSTS = 64 << 20
-
-
-def n_threads() -> int:
-    """Threads to use: RETIME_THREADS, else as many as this process may run on."""
-    wanted = os.environ.get("RETIME_THREADS", "").lstrip("0")
-    if wanted.isascii() and wanted.isdigit():
-        # More would only cost memory, and an endless number is no int.
-        return min(int(wanted[:6]), _MOST_THREADS)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def joint_scores(

@@ -29,6 +29,8 @@ _OTHER_BROADCAST = tuple(rate for n in _USUAL[:-1] if (rate := Fraction(n * 1000
 _BROADCAST_TOLERANCE = Fraction(1, 2002)
 # An unusual whole rate is meant where the interval is so short that it would hold one by chance this seldom.
 _CHANCE = Fraction(1, 4)
+# Of a frame time that is none, the rates that may have been meant.
+_LEAST_MEANT, _MOST_MEANT = 12, 240
 # Beyond these a number is no frame rate but a mistake, and arithmetic with it could overflow.
 _SLOWEST, _FASTEST = Fraction(1, 10**6), Fraction(10**6)
 
@@ -139,6 +141,38 @@ def rate_from_frame_time(text: str) -> Fraction:
     # Few digits (0.03) must not make a rate out of thin air: no more than 2 % away.
     low, high = max(low, written * Fraction(98, 100)), min(high, written * Fraction(102, 100))
     return _plainest(1 / high, 1 / low, 1 / written, lambda rate: low <= 1 / rate < high)
+
+
+def rate_meant_by(frame_time: str) -> tuple[str, Fraction] | None:
+    """Guess what a frame time of more than a second was meant as.
+
+    Parameters
+    ----------
+    frame_time : str
+        As a file has it.
+
+    Returns
+    -------
+    (str, Fraction) or None
+        "milliseconds" or "a rate", and the frames a second; None where it is like neither.
+
+    Examples
+    --------
+    >>> rate_meant_by("33.333"), rate_meant_by("30"), rate_meant_by("2")
+    (('milliseconds', Fraction(30, 1)), ('a rate', Fraction(30, 1)), None)
+    """
+    written, _, _ = _interval(frame_time)
+    if "e" in frame_time.lower():
+        return None
+    usual = {*map(Fraction, _USUAL), *_BROADCAST}
+    # No usual rate is the milliseconds of another. Few digits (7) fit a rate that nobody meant.
+    for what, rate, exact in (
+        ("a rate", parse_rate(frame_time), written),
+        ("milliseconds", rate_from_frame_time(f"{frame_time}e-3"), 1000 / written),
+    ):
+        if rate in usual and _LEAST_MEANT <= rate <= _MOST_MEANT and abs(rate - exact) <= rate / 200:
+            return what, rate
+    return None
 
 
 def rate_from_step(step: Fraction, error: Fraction) -> Fraction:

@@ -11,17 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import FloatArray, as_real
+from retime.arrays import FloatArray
 from retime.checks import real
 from retime.errors import OptionError, RetimeWarning
-from retime.kernels import StepPairs
+from retime.kernels import StepPairs, n_threads
 from retime.limits import MAX_STEP
 from retime.motion.any_motion import AnyMotion
 from retime.search import options
+from retime.search.estimate import check_fits, layered_seconds
 from retime.search.keytimes import asking_for_a_share
 from retime.search.methods.align import aligned_path
 from retime.search.path import FramePath
-from retime.search.plan import SearchPlan, make_plan
+from retime.search.plan import SHORTER, SearchPlan, make_plan
 from retime.search.poses.references import PoseTracks, Reference
 from retime.search.poses.spaces import PoseOptions, PoseSpace, Track
 from retime.search.result import GuidedWarp
@@ -30,7 +31,6 @@ from retime.search.session import Clock, Session
 from retime.search.wishes.allowed import end_costs, forbid
 from retime.search.wishes.locks import Lock
 from retime.search.wishes.prices import add_smoothness
-from retime.warp.blend import blend
 
 # Options of guided_warp that say something here too; the others are about the length, which is the reference's, and
 # about looking for the reference frames that are like a frame, which here are given.
@@ -202,15 +202,12 @@ class AlignSession(Session):
         path = paths[best]
         reduction = plan.finished(path.frames)
         seconds["path"] = clock.lap()
-        staircase, warp = self._curve(plan, reduction, path, chosen["smoothing"])
-        share = as_real(chosen["influence"], "influence", error=OptionError)
-        if share.ndim or share != 1.0:
-            warp = blend(self._spline(reduction.keytimes, staircase, loop=False), warp, share)
-        warp = replace(warp, method="align", keytimes=reduction.keytimes)
+        curve = self._curve(plan, reduction, path, chosen)
         seconds["curve"] = clock.lap()
         return GuidedWarp(
-            warp=warp,
-            staircase=replace(staircase, method="align"),
+            warp=replace(curve.warp, method="align"),
+            staircase=replace(curve.staircase, method="align"),
+            given_up=curve.given_up,
             path=path,
             plan=plan,
             tempo=None,
@@ -239,6 +236,13 @@ class AlignSession(Session):
         # Any step may follow any: the reference says how its speed changes.
         steps = StepPairs.of(plan.steps.steps)
         check_table(len(poses), steps)
+        # Each position has costs of its own.
+        check_fits(
+            what=f"keeping {len(poses):,} frames in {steps.n_pairs} pairs of steps in step with "
+            f"{len(model.features):,} frames of reference",
+            remedy=SHORTER,
+            seconds=4 * layered_seconds(len(poses), steps.n_pairs, len(model.features)) / n_threads(),
+        )
         prices = np.zeros((len(poses), steps.n_pairs))
         add_smoothness(prices, smoothness, plan.reduction, steps, unit=_even_score(plan, poses, model))
         forbid(prices, plan.allowed, steps)

@@ -10,6 +10,7 @@ import numpy as np
 
 from retime.arrays import FloatArray, IntArray
 from retime.kernels import StepPairs
+from retime.progress import look
 from retime.search.reduction import Reduction
 
 
@@ -54,6 +55,7 @@ def content_prices(
     for place, step in enumerate(steps.steps.tolist()):
         if step < 2 or step >= n_input:
             continue
+        look()
         here = np.arange(n_input - step)
         share = np.maximum(0, step - upsample_at[here]) / ((step - 1) * upsample_at[here])
         total = np.zeros(len(here))

@@ -14,6 +14,7 @@ from retime.kernels import StepPairs
 from retime.limits import MAX_STEP
 from retime.search.reduction import SLOWEST_SEARCHED, Reduction
 from retime.search.wishes.asked import Wishes
+from retime.search.wishes.room import crawls
 from retime.search.wishes.steps import fixed_step, steps_between
 from retime.search.wishes.upsampling import MAX_UPSAMPLE, upsample_for
 from retime.warp.keytime import Keytime
@@ -104,13 +105,18 @@ def choose_upsamples(
     if hand is not None:
         usual = hand.upsample
     slower = min([1.0, *(lock.fastest for lock in wishes.locks), *wishes.tangents]) < 1
-    limit = 1 if wishes.slowest == 0 else math.ceil(1 / wishes.slowest - 1e-9)
+    # A limit may be slower than anything that a length asks for: no more than the usual most is offered for it.
+    limit = 1 if wishes.slowest * MAX_UPSAMPLE < 1 else math.ceil(1 / wishes.slowest - 1e-9)
     chosen = []
     for before, after in itertools.pairwise(keytimes):
         mean = abs(after.input_time - before.input_time) / (after.output_time - before.output_time)
         if math.isinf(after.output_time):
             least = usual
-        elif mean < SLOWEST_SEARCHED or (itself and mean > 0.999 and not slower and not (natural and mean > 1.001)):
+        elif (
+            mean < SLOWEST_SEARCHED
+            or crawls(before, after, wishes)
+            or (itself and mean > 0.999 and not slower and not (natural and mean > 1.001))
+        ):
             least = 1
         elif mean < 1:
             least = max(usual, _ample(1 / mean, 16))
@@ -136,7 +142,7 @@ def choose_max_skip(
 ) -> int:
     """8, or twice unit speed (eight times where hurry is natural), or ample for the mean step; or what limits say."""
     if wishes.fastest < math.inf:
-        return max(1, math.floor(wishes.fastest * reduction.upsample + 1e-6))
+        return max(1, math.floor(min(wishes.fastest * reduction.upsample, 1e9) + 1e-6))
     anchors = reduction.anchors[:-1] if reduction.free else reduction.anchors
     mean = [(j1 - j0) / (p1 - p0) for (p0, j0), (p1, j1) in itertools.pairwise(anchors)]
     least = [lock.fastest for lock in wishes.locks if lock.fixed] + [lock.slowest for lock in wishes.locks]
@@ -149,7 +155,7 @@ def choose_max_skip(
     if hand is not None:
         # With a quarter to spare, for what a given length asks for beyond.
         usual = min(max(2 * reduction.upsample, math.ceil(1.25 * hand.fastest * reduction.upsample)), MAX_STEP)
-    return max(usual, ample, math.ceil(wanted - 1e-6))
+    return max(usual, ample, math.ceil(min(wanted, 1e9) - 1e-6))
 
 
 def natural_steps(reduction: Reduction, wishes: Wishes, max_skip: int) -> StepPairs:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import cast
 
@@ -10,11 +11,15 @@ from numpy.typing import ArrayLike
 
 from retime.arrays import as_real
 from retime.brief import kind_of
-from retime.errors import OptionError
+from retime.errors import OptionError, RetimeWarning
 from retime.motion.any_motion import AnyMotion
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal, numbered_names
+from retime.search.estimate import check_fits
 from retime.search.poses.references import Reference
+
+# Hz. An analysis finer than this, and than twice the clips, sees nothing more.
+_FINEST = 240.0
 
 
 def as_clips(
@@ -74,3 +79,53 @@ def as_references(
         return [one if isinstance(one, Reference) else Reference(as_clips(one, rate)) for one in reference]
     clips = as_clips(reference, rate, what="the reference")
     return [Reference(clips)] if n_clips > 1 else [Reference(clip) for clip in clips]
+
+
+def check_rates(clips: Sequence[AnyMotion], rate: float) -> None:
+    """Refuse an analysis rate that tells nothing more of the clips, and clips too long to be looked at at it.
+
+    Parameters
+    ----------
+    clips : sequence of Motion or Signal
+        The input.
+    rate : float
+        Analysis rate, Hz.
+
+    Raises
+    ------
+    OptionError
+        The rate is many times that of the clips, or the clips are longer at it than memory holds.
+
+    Warns
+    -----
+    RetimeWarning
+        A clip has less than a frame a second.
+    """
+    for clip in clips:
+        if clip.rate < 1:
+            warnings.warn(
+                f"{clip.name or 'the input'} has {float(clip.rate):.3g} frames a second, and so is "
+                f"{float(clip.duration):.6g} s long: are its times in milliseconds, or its rate a time? Give the rate "
+                "of the file (--fps; for an array rate=) where that is wrong",
+                RetimeWarning,
+                stacklevel=4,
+            )
+    fastest = float(max(clip.rate for clip in clips))
+    if rate > max(_FINEST, 2 * fastest):
+        raise OptionError(
+            f"an analysis at {rate:g} Hz sees no more of a clip at {fastest:g} Hz than one at "
+            f"{max(_FINEST, 2 * fastest):g} Hz, the most: use a lower rate (30 Hz is usual)",
+            option="rate",
+        )
+    frames = sum((float(clip.end_time) * rate + 1) * _numbers(clip) for clip in clips)
+    check_fits(
+        what=f"an analysis of {float(max(clip.end_time for clip in clips)):.6g} s at {rate:g} Hz",
+        remedy="Take a part of it (frames), use a lower rate (rate=, --rate), or correct the clip's own (--fps)",
+        n_bytes=8 * 12 * frames,
+        option="rate",
+    )
+
+
+def _numbers(clip: AnyMotion) -> int:
+    """About as many numbers as describe a pose."""
+    return len(clip.names) if isinstance(clip, Signal) else 3 * clip.skeleton.n_joints

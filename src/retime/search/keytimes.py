@@ -19,6 +19,8 @@ from retime.warp.keytime import Keytime, check_speed
 
 # A length this many times shorter than the input may have been meant as a factor.
 _HARDLY_MEANT = 8
+# Seconds: no clip is so long, nor does anybody show two frames so close together.
+_LATEST, _CLOSEST = 1e7, 1e-6
 
 
 def refuse_single_frame(motion: AnyMotion) -> None:
@@ -167,16 +169,22 @@ def check_keytimes(keytimes: Sequence[Keytime], input_end: float) -> tuple[Keyti
     if len(ordered) < 2:
         raise InfeasibleWarpError("a warp needs at least two keytimes, its ends")
     for span, (before, after) in enumerate(itertools.pairwise(ordered)):
-        if not after.output_time > before.output_time:
+        if not after.output_time - before.output_time >= _CLOSEST:
             raise InfeasibleWarpError(
-                f"two keytimes stand at output time {after.output_time:g} s (input times {before.input_time:g} s and "
-                f"{after.input_time:g} s): move or delete one",
+                f"two keytimes stand at output time {after.output_time:g} s, or all but (input times "
+                f"{before.input_time:g} s and {after.input_time:g} s): move or delete one",
                 span=span,
                 option="keys",
                 output_times=(before.output_time, after.output_time),
             )
     for key in ordered:
         check_speed(key)
+        if _LATEST < key.output_time < math.inf:
+            raise OptionError(
+                f"a keytime stands at output time {key.output_time:g} s; no output is longer than {_LATEST:g} s",
+                option="keys",
+                output_times=(key.output_time,),
+            )
         if not (key.output_time > -math.inf and -1e-9 <= key.input_time <= input_end + 1e-9):
             raise InfeasibleWarpError(
                 f"the keytime at output time {key.output_time:g} s asks for input time {key.input_time:g} s, but the "

@@ -32,6 +32,10 @@ _SCORED: tuple[Method, ...] = ("guided",)
 _ALL: tuple[Method, ...] = ("guided", "align", "hand")
 
 
+# A weight beyond this outweighs all else, as this one does; sums with far larger ones have no digits left.
+MOST_WEIGHT = 1e6
+
+
 @dataclass(frozen=True)
 class Choice:
     """One value of an option that is chosen from a few.
@@ -257,6 +261,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="How evenly moving parts share the hurry; pauses give way first",
         panel="timing",
         least=0.0,
+        most=MOST_WEIGHT,
         slider=(8.0, 0.5),
         methods=_SCORED,
     ),
@@ -273,6 +278,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="Play jumps at their own speed",
         panel="timing",
         least=0.0,
+        most=MOST_WEIGHT,
         slider=(48.0, 1.0),
         methods=_SCORED,
     ),
@@ -288,6 +294,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="How dear it is to leap over what happens",
         panel="more",
         least=0.0,
+        most=MOST_WEIGHT,
         methods=_SCORED,
     ),
     Option(
@@ -302,6 +309,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="How near to its own speed the clip begins and ends",
         panel="more",
         least=0.0,
+        most=MOST_WEIGHT,
         methods=_SCORED,
     ),
     Option(
@@ -316,6 +324,7 @@ OPTIONS: tuple[Option, ...] = (
         hint="How much a change of speed costs: the more, the fewer changes",
         panel="timing",
         least=0.0,
+        most=MOST_WEIGHT,
         slider=(4.0, 0.05),
         curve="square",
         methods=_ALL,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,15 +17,14 @@ def knots_of_path(
     reduction: Reduction,
     path: IntArray,
     *,
-    speeds: FloatArray | None = None,
     bounds: tuple[FloatArray, FloatArray] | None = None,
 ) -> Warp:
     """Turn a frame path into the polyline through its frames, meeting every keytime exactly.
 
-    Ends and keytimes rarely fall on analysis frames, and a wished speed rarely on a whole step. In each span the rest,
-    at most one period, goes to the steps that do not play at unit speed anyway, so that what the search kept at unit
-    speed stays there; where there are too few of those, to all that need not keep their speed; at last to all. None
-    is driven beyond its bounds by that: what it can't take, the others do.
+    Ends and keytimes rarely fall on analysis frames. In each span the rest, at most one period, goes to the steps that
+    do not play at unit speed anyway, so that what the search kept at unit speed stays there; where there are too few
+    of those, to all. None is driven beyond its bounds by that: what it can't take, the others do. (Where locks,
+    tangents or limits are asked for, `retime.search.promised_curve` does it.)
 
     Parameters
     ----------
@@ -34,12 +32,9 @@ def knots_of_path(
         Not free.
     path : int array, shape (n_output,)
         Unrolled frames.
-    speeds : float array, shape (n_output - 1,), optional
-        Playback speeds that steps must have, without sign; nan where they may give
-        (`retime.search.wishes.kept.kept_speeds`).
     bounds : (float array, float array), each of shape (n_output - 1,), optional
-        The slowest and the fastest that each step may play, without sign (`retime.search.wishes.kept.speed_bounds`);
-        equal where the speed is fixed. Where the mean speed of a span lies beyond them, because its keytimes are a
+        The slowest and the fastest that each step may play, without sign (`retime.search.wishes.kept.speed_bounds`).
+        Where the mean speed of a span lies beyond them, because its keytimes are a
         fraction of a frame too close for its steps, that mean is the bound.
     """
     output_times: list[FloatArray] = [np.array([reduction.keytimes[0].output_time])]
@@ -49,24 +44,19 @@ def knots_of_path(
         before, after = reduction.keytimes[span], reduction.keytimes[span + 1]
         first, last = reduction.positions[span], reduction.positions[span + 1]
         steps = np.diff(path[first : last + 1]).astype(np.float64)
-        kept = np.full(len(steps), np.nan) if speeds is None else speeds[first:last]
-        loose = np.isnan(kept)
         change, length = after.input_time - before.input_time, after.output_time - before.output_time
         held = reduction.still[span]
         moved = steps * (0.0 if held else period / reduction.upsamples[span])
-        spacing = np.where(loose, period, moved / np.where(loose, 1.0, kept))
+        spacing = np.full(len(steps), period)
         if held:
             moved = np.full(len(steps), abs(change) / len(steps))
         low, high = np.zeros(len(steps)), np.full(len(steps), np.inf)
-        yielding = loose
         if bounds is not None and not held:
             low, high = bounds[0][first:last], bounds[1][first:last]
-            # A step that is kept because it stands at the end of a range may move into it; a fixed speed has no range.
-            yielding = loose | (low < high)
             mean = abs(change) / length
             low, high = np.minimum(low, mean), np.maximum(high, mean)
-        choices = (loose & (steps != reduction.upsamples[span]), loose, yielding)
-        spacing, moved = _stretched(spacing, moved, length, abs(change), choices, low, high)
+        not_unit = steps != reduction.upsamples[span]
+        spacing, moved = _stretched(spacing, moved, length, abs(change), not_unit, low, high)
         output_times.append(before.output_time + np.cumsum(spacing))
         input_times.append(before.input_time + math.copysign(1.0, change) * np.cumsum(moved))
         output_times[-1][-1], input_times[-1][-1] = after.output_time, after.input_time
@@ -78,20 +68,19 @@ def _stretched(
     moved: FloatArray,
     output: float,
     change: float,
-    choices: Sequence[BoolArray],
+    not_unit: BoolArray,
     low: FloatArray,
     high: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Change the steps so that they add up to given lengths of output and input.
 
-    Of the first two choices the first one changes that need not change by more than a quarter; else the second, by as
-    much as three quarters; else the third, by as much as it takes. One that can't do it between the bounds won't do.
-    Where none can, the first two try without the slowest bounds, and then without any, for speeds that are fixed come
-    before bounds. Where not even that will do, all steps change.
+    Those that are not at unit speed change where they need not by more than a quarter; else all, by as much as it
+    takes. What can't be done between the bounds is done without the slowest ones, and at last without any.
     """
-    usual = [(choices[0], 0.25), (choices[1], 0.25), (choices[1], 0.75)]
+    every = np.ones(len(spacing), dtype=bool)
+    usual = [(not_unit, 0.25), (every, 0.25), (every, 0.75)]
     zero, beyond = np.zeros_like(low), np.full_like(high, np.inf)
-    attempts = [(*one, low, high) for one in (*usual, (choices[2], 0.999))]
+    attempts = [(*one, low, high) for one in (*usual, (every, 0.999))]
     attempts += [(*one, zero, limit) for limit in (high, beyond) for one in usual]
     for choice, most, slowest, fastest in attempts:
         pieces = [
@@ -103,17 +92,16 @@ def _stretched(
                 np.where(choice, lengths * (1 + (rest / loose if loose else 0.0)), lengths)
                 for lengths, rest, loose in pieces
             )
-            bounded = _bounded(first, second, change, choice, slowest, fastest)
-            if bounded is not None:
-                return first, bounded
+            found = bounded(first, second, change, choice, slowest, fastest)
+            if found is not None:
+                return first, found
     spacing, moved = spacing * (output / spacing.sum()), moved * (change / moved.sum() if change else 0.0)
     # Steps with narrow bounds of their own may leave too little to the others: the widest bounds serve all.
-    every = np.ones(len(spacing), dtype=bool)
-    bounded = _bounded(spacing, moved, change, every, np.full_like(low, low.min()), np.full_like(high, high.max()))
-    return spacing, moved if bounded is None else bounded
+    found = bounded(spacing, moved, change, every, np.full_like(low, low.min()), np.full_like(high, high.max()))
+    return spacing, moved if found is None else found
 
 
-def _bounded(
+def bounded(
     spacing: FloatArray, moved: FloatArray, change: float, choice: BoolArray, low: FloatArray, high: FloatArray
 ) -> FloatArray | None:
     """Scale the speeds of chosen steps by one factor, each stopping at its bounds: the moves then add up to `change`.

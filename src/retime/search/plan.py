@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,15 +15,22 @@ from retime.brief import brief_repr
 from retime.errors import InfeasibleWarpError, OptionError
 from retime.kernels import StepPairs
 from retime.limits import MAX_STEP
+from retime.search.estimate import check_fits
 from retime.search.grid import HandGrid, choose_max_skip, choose_upsamples, hand_steps, natural_steps
 from retime.search.reduction import Reduction, nearest_frame, reduce_to_compression
 from retime.search.wishes.allowed import allowed_steps
 from retime.search.wishes.asked import Wishes
 from retime.search.wishes.feasible import check_counts, least_max_skip, length_words
 from retime.search.wishes.locks import LockedSpan, locked_spans
+from retime.search.wishes.room import crawls, room_between
 from retime.search.wishes.steps import Named, slowest_words
 from retime.search.wishes.upsampling import MAX_UPSAMPLE, upsample_for
 from retime.warp.keytime import Keytime
+
+# What makes a search smaller, for messages.
+SHORTER = (
+    "Ask for a shorter output or hold, less slow-down, narrower speed limits or a lower rate, or take a part of it"
+)
 
 Upsamples = int | tuple[int, ...]
 
@@ -125,6 +133,12 @@ class SearchPlan:
             return self.reduction
         rate = self.request.motion_rate
         least, most = (math.inf if n is None else float((n - 1) / rate) for n in self.request.length_bounds)
+        before, after = self.request.keytimes[-2:]
+        shortest, longest = room_between(before, after, self.request.wishes)
+        # To whole frames inside of what locks and limits leave.
+        least = max(least, math.ceil((before.output_time + shortest) * rate - 1e-6) / float(rate))
+        if math.isfinite(longest):
+            most = min(most, max(least, math.floor((before.output_time + longest) * rate + 1e-6) / float(rate)))
         return self.reduction.with_path(path, float(rate), least_end=least, most_end=most)
 
 
@@ -159,7 +173,8 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     )
 
     def reduced(upsample: Upsamples) -> Reduction:
-        return reduce_to_compression(request.keytimes, wishes.input_end, rate=rate, upsample=upsample)
+        slow = [crawls(*pair, wishes) for pair in itertools.pairwise(request.keytimes)]
+        return reduce_to_compression(request.keytimes, wishes.input_end, rate=rate, upsample=upsample, crawling=slow)
 
     def skip_for(reduction: Reduction) -> int:
         if given_skip is not None:
@@ -176,6 +191,11 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
 
     def planned(reduction: Reduction, steps: StepPairs, **messages: Any) -> SearchPlan:
         named = request.named
+        check_fits(
+            what=f"a search through {reduction.n_input:,} frames in steps of up to {steps.longest}",
+            remedy=SHORTER,
+            n_bytes=reduction.n_input * (64.0 + 12.0 * steps.longest),
+        )
         locked = locked_spans(reduction, steps, wishes.input_end, wishes.locks, named=named)
         allowed = allowed_steps(
             reduction,
@@ -188,7 +208,8 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
         )
         counts = _length_range(request, reduction) if request.free else None
         last_frame = float(1 / request.motion_rate)
-        check_counts(reduction, allowed, n_output=counts, named=named, last_frame=last_frame, **messages)
+        room = [room_between(*pair, wishes) for pair in itertools.pairwise(request.keytimes)] if wishes.any else []
+        check_counts(reduction, allowed, n_output=counts, named=named, last_frame=last_frame, room=room, **messages)
         # Keytimes inside the clip have places in the output, so that the count matters; without them and without
         # bounds nothing counts.
         uncounted = request.free and len(request.keytimes) == 2 and request.length_bounds == (2, None)

@@ -20,8 +20,8 @@ from retime.errors import InfeasibleWarpError, OptionError
 from retime.search.keytimes import check_keytimes
 from retime.warp.keytime import Keytime
 
-# Frames of the unrolled input: weeks of motion, or a slow-down that no clip needs.
-MOST_FRAMES = 50_000_000
+# Frames of the unrolled input: days of motion, or a slow-down that no clip needs.
+MOST_FRAMES = 10_000_000
 # A span that plays slower than this on average is taken for a hold.
 SLOWEST_SEARCHED = 1 / 32
 
@@ -116,7 +116,12 @@ class Reduction:
 
 
 def reduce_to_compression(
-    keytimes: Sequence[Keytime], input_end: float, *, rate: float, upsample: int | Sequence[int] = 1
+    keytimes: Sequence[Keytime],
+    input_end: float,
+    *,
+    rate: float,
+    upsample: int | Sequence[int] = 1,
+    crawling: Sequence[bool] = (),
 ) -> Reduction:
     """Unroll the input along its keytimes at the analysis rate (§3.1).
 
@@ -135,6 +140,8 @@ def reduce_to_compression(
         Analysis rate, Hz.
     upsample : int or sequence of int
         Unrolled frames per analysis period, of all spans or of each.
+    crawling : sequence of bool
+        For each span whether it is to be taken for a hold although its mean speed is not that low: left out, none.
 
     Raises
     ------
@@ -164,6 +171,8 @@ def reduce_to_compression(
         abs(after.input_time - before.input_time) < SLOWEST_SEARCHED * (after.output_time - before.output_time)
         for before, after in itertools.pairwise(ordered)
     ]
+    if crawling:
+        slow = [one or other for one, other in zip(slow, crawling, strict=True)]
     still = tuple(
         a == b or (crawls and abs(b - a) < n_steps) for (a, b), n_steps, crawls in zip(places, steps, slow, strict=True)
     )

@@ -67,6 +67,9 @@ class GuidedWarp:
         What the first and the last step cost by themselves, beside the scores of triples.
     example : ExampleReading, optional
         What an example said of the input, where `retime.imitate` carried over the speeds of a hand.
+    given_up : tuple of str
+        What the warp could not quite keep of what was asked for, in words: where keytimes, locks and limits leave no
+        room, by no more than lengths and times are rounded. What is farther off is refused.
     excess : float, optional
         For the heuristic search: by what share its total exceeds the optimum.
     matched : int array, shape (n_output - 2,), optional
@@ -95,6 +98,7 @@ class GuidedWarp:
     loop: bool = False
     end_costs: tuple[float, float] = (0.0, 0.0)
     example: ExampleReading | None = None
+    given_up: tuple[str, ...] = ()
     excess: float | None = None
     matched: IntArray | None = None
     seconds: dict[str, float] = field(default_factory=dict)

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import FloatArray, IntArray, as_real
+from retime.arrays import FloatArray, IntArray
 from retime.brief import kind_of
 from retime.checks import real
-from retime.errors import InfeasibleWarpError, OptionError
-from retime.kernels import StepPairs
+from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
+from retime.kernels import StepPairs, n_threads
 from retime.motion.any_motion import AnyMotion
 from retime.motion.first_frames import hint_at_first_frames
 from retime.motion.grammar import parse_length, parse_speed, parse_speeds, parse_time, read_lock
@@ -28,28 +29,31 @@ from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
 from retime.search import options
 from retime.search.content import content_prices
-from retime.search.inputs import as_clips, as_references
+from retime.search.estimate import check_fits, content_seconds, layered_seconds, loop_seconds, score_seconds
+from retime.search.inputs import as_clips, as_references, check_rates
 from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes, refuse_single_frame
 from retime.search.methods.exact import PathTask, exact_path
 from retime.search.methods.heuristic import COARSE_RATE, SLACK, coarse_reduction, heuristic_path
 from retime.search.methods.loop import check_loop, loop_path
+from retime.search.mix import mixed_within, spline_within
 from retime.search.path import FramePath
 from retime.search.path_curve import knots_of_path, smooth_steps
-from retime.search.plan import Request, SearchPlan, make_plan
+from retime.search.plan import SHORTER, Request, SearchPlan, make_plan
 from retime.search.poses.references import Reference, model_poses
+from retime.search.promised_curve import promised_curve
+from retime.search.promises import broken_promises
 from retime.search.reduction import Reduction
 from retime.search.result import GuidedWarp
 from retime.search.score import Model, ScoreName, build_model, triple_scores, without_copies
 from retime.search.score_table import ScoreTable, score_table
 from retime.search.wishes.allowed import forbid
 from retime.search.wishes.asked import Wishes
-from retime.search.wishes.kept import kept_positions, kept_speeds, speed_bounds
+from retime.search.wishes.kept import speed_bounds
 from retime.search.wishes.locks import Lock
 from retime.search.wishes.prices import add_smoothness, end_prices, neutral_weights, weigh_neutral
 from retime.search.wishes.tempo import Tempo, tempo_of, tempo_prices
-from retime.warp.blend import blend
+from retime.warp.blend import as_shares, blend
 from retime.warp.curve import Warp
-from retime.warp.keytime import Keytime
 from retime.warp.spline import spline_warp
 
 DEFAULT_RATE = 30
@@ -96,6 +100,7 @@ class Session:
         self.clips = as_clips(motion, rate)
         self.motion = self.clips[0]
         refuse_single_frame(self.motion)
+        check_rates(self.clips, self.rate)
         for clip in self.clips:
             hint_at_first_frames(clip)
         self.itself = reference is None or reference is motion
@@ -149,6 +154,7 @@ class Session:
         request = self._request(keys, locks, chosen)
         with asking_for_a_share(self.motion, chosen["length"]):
             plan = make_plan(request, rate=self.rate, itself=self.itself)
+        self._check_fits(plan, chosen)
         poses = self._unrolled(plan)
         scores = self._scores(plan)
         seconds = dict(self._analysis_seconds)
@@ -156,15 +162,12 @@ class Session:
         path, excess, prices, end_costs = self._search(plan, scores, poses, chosen)
         reduction = plan.finished(path.frames)
         seconds["path"] = clock.lap()
-        staircase, warp = self._curve(plan, reduction, path, chosen["smoothing"])
-        share = as_real(chosen["influence"], "influence", error=OptionError)
-        if share.ndim or share != 1.0:
-            warp = blend(self._spline(reduction.keytimes, staircase, loop=request.loop), warp, share)
-            warp = replace(warp, method="guided", keytimes=reduction.keytimes)
+        curve = self._curve(plan, reduction, path, chosen)
         seconds["curve"] = clock.lap()
         return GuidedWarp(
-            warp=warp,
-            staircase=staircase,
+            warp=curve.warp,
+            staircase=curve.staircase,
+            given_up=curve.given_up,
             path=path,
             plan=plan,
             tempo=None if prices is None else self.tempo,
@@ -184,6 +187,38 @@ class Session:
             excess=excess,
             seconds=seconds,
         )
+
+    def _check_fits(self, plan: SearchPlan, chosen: dict[str, Any]) -> None:
+        """Refuse a search that is larger than anybody would wait for, before it is begun."""
+        n_input, steps, n_numbers = plan.reduction.n_input, plan.steps, self._model.n_numbers
+        n_rows = len(self._model.features)
+        several = self.n_neighbors if len(set(self._model.weights.tolist())) > 1 else 0
+        # Steps may turn out to have to follow any others.
+        n_scores = float(n_input * (StepPairs.of(steps.steps).n_pairs if plan.loose else steps.n_pairs))
+        n_bytes = 8 * (
+            n_scores * (3 + 3 * several) + n_input * (3.0 * n_numbers + 6 * steps.n_steps) + 9.0 * n_rows * n_numbers
+        )
+        n_output = plan.n_output if isinstance(plan.n_output, int) else n_input
+        seconds = self._score_seconds(n_input, steps.n_pairs)
+        if chosen["search"] == "layered":
+            seconds += layered_seconds(n_input, steps.n_pairs, n_output)
+        if plan.request.loop:
+            seconds += steps.n_steps * loop_seconds(n_input, steps.n_pairs)
+        if chosen["content"]:
+            n_bytes += 8.0 * n_input * steps.longest
+            seconds += content_seconds(n_input, steps.steps.tolist())
+        check_fits(
+            what=f"a search through {n_input:,} frames in {n_scores / max(1, n_input):.0f} pairs of steps, against "
+            f"{n_rows:,} frames of reference,",
+            remedy=SHORTER,
+            n_bytes=n_bytes,
+            seconds=seconds,
+        )
+
+    def _score_seconds(self, n_input: int, n_pairs: int) -> float:
+        # The conditional score looks for each frame's nearest once, whatever the steps.
+        n_pairs = n_pairs if self.score == "joint" else 1 + n_pairs * self.n_neighbors // len(self._model.features)
+        return score_seconds(n_input, n_pairs, len(self._model.features), n_threads())
 
     def _request(
         self, keys: Sequence[str | Sequence[float | str | None]], locks: Sequence[Lock | str], chosen: dict[str, Any]
@@ -366,56 +401,50 @@ class Session:
             self._tempo = tempo_of(poses, self.rate, self.time_scale, flights)
         return self._tempo
 
-    def _curve(self, plan: SearchPlan, reduction: Reduction, path: FramePath, smoothing: int) -> tuple[Warp, Warp]:
-        """Put the path on its keytimes, and smooth it: the staircase, and the curve."""
-        wishes, loop = plan.request.wishes, plan.request.loop
-        speeds = kept_speeds(
-            reduction, path.frames, locked=plan.locked, slowest=wishes.slowest, fastest=wishes.fastest, loop=loop
-        )
-        bounds = speed_bounds(
-            reduction,
-            path.frames,
-            plan.max_skip,
-            locked=plan.locked,
-            slowest=wishes.slowest,
-            fastest=wishes.fastest,
-            loop=loop,
-        )
-        staircase = knots_of_path(reduction, path.frames, speeds=speeds, bounds=bounds)
-        warp = smooth_steps(
-            staircase,
-            # A window of one frame averages nothing.
-            0.0 if smoothing in (0, 1) else smoothing / self.rate,
-            float(self.motion.rate),
-            keep=staircase.output_times[self._kept(plan, reduction, path.frames)],
-            loop=loop,
-        )
-        return staircase, warp
+    def _curve(self, plan: SearchPlan, reduction: Reduction, path: FramePath, chosen: dict[str, Any]) -> FinishedCurve:
+        """Put the path on its keytimes, smooth it, mix it with the spline, and look whether it keeps its promises."""
+        request = plan.request
+        share = as_shares(chosen["influence"])
+        mixed = bool(share.ndim or share != 1.0)
+        # A window of one frame averages nothing.
+        window = 0.0 if chosen["smoothing"] in (0, 1) else chosen["smoothing"] / self.rate
+        rate = float(self.motion.rate)
+        if not request.wishes.any and not request.loop:
+            bounds = speed_bounds(reduction, path.frames, plan.max_skip)
+            staircase = knots_of_path(reduction, path.frames, bounds=bounds)
+            keep = staircase.output_times[self._flight_ends(plan, reduction, path.frames)]
+            warp = smooth_steps(staircase, window, rate, keep=keep)
+            if mixed:
+                warp = blend(spline_warp(reduction.keytimes, rate=rate), warp, share)
+            given_up: tuple[str, ...] = ()
+        else:
+            promised = promised_curve(
+                reduction,
+                path.frames,
+                request.wishes,
+                plan.locked,
+                plan.max_skip,
+                motion_rate=rate,
+                loop=request.loop,
+            )
+            staircase, given_up = promised.staircase, promised.given_up
+            edges = np.array([stretch.end for stretch in promised.stretches])
+            flights = promised.position_times[self._flight_ends(plan, reduction, path.frames)]
+            warp = smooth_steps(staircase, window, rate, keep=np.concatenate([edges, flights]), loop=request.loop)
+            if mixed:
+                warp = mixed_within(spline_within(warp, promised.stretches, rate), warp, share, promised.stretches)
+        warp = replace(warp, method="guided", keytimes=reduction.keytimes)
+        check_promises(warp, request.wishes, loop=request.loop, given_up=given_up)
+        return FinishedCurve(staircase, warp, given_up)
 
-    def _kept(self, plan: SearchPlan, reduction: Reduction, frames: IntArray) -> IntArray:
-        """List the places in a path that smoothing must not reach across: of wishes, and of flights at unit speed."""
-        kept = kept_positions(reduction, frames, plan.locked)
+    def _flight_ends(self, plan: SearchPlan, reduction: Reduction, frames: IntArray) -> IntArray:
+        """List the places in a path where flights at unit speed begin and end: smoothing must not reach across."""
         if not plan.request.keep_flights or not self.tempo.flights:
-            return kept
+            return np.zeros(0, dtype=np.int64)
         flying = self.tempo.flying(reduction.input_times[frames]) > 0
         unit = np.diff(frames) == reduction.upsample_at[frames[:-1]]
         aloft = np.concatenate([[False], unit & flying[:-1] & flying[1:], [False]])
-        return np.union1d(kept, np.flatnonzero(aloft[1:] != aloft[:-1]))
-
-    def _spline(self, keytimes: Sequence[Keytime], staircase: Warp, *, loop: bool) -> Warp:
-        """Join the keytimes by a spline to mix with; that of a loop has one speed at both ends."""
-        if loop and len(keytimes) > 2:
-            means = [
-                abs((b.input_time - a.input_time) / (b.output_time - a.output_time))
-                for a, b in (keytimes[:2], keytimes[-2:])
-            ]
-            # A spline passes at no more than three times the mean speed beside a keytime.
-            speed = min(float(abs(staircase.slopes[0])), *(3 * mean for mean in means)) or None
-            keytimes = [
-                replace(key, speed=key.speed or speed) if key in (keytimes[0], keytimes[-1]) else key
-                for key in keytimes
-            ]
-        return spline_warp(keytimes, rate=float(self.motion.rate))
+        return np.flatnonzero(aloft[1:] != aloft[:-1])
 
     def _triples(self, poses: FloatArray, steps: StepPairs, model: Model) -> FloatArray:
         return triple_scores(poses, model, steps=steps, n_neighbors=self.n_neighbors, score=self.score)
@@ -566,6 +595,42 @@ def _lock(lock: Lock | str, item: int, rate: Fraction) -> Lock:
         return Lock(*read_lock(lock).at(rate))
     except OptionError as error:
         raise OptionError(str(error), option="locks", item=item) from None
+
+
+@dataclass(frozen=True)
+class FinishedCurve:
+    """A warp, the staircase that it was before smoothing and mixing, and what it could not keep."""
+
+    staircase: Warp
+    warp: Warp
+    given_up: tuple[str, ...]
+
+
+def check_promises(warp: Warp, wishes: Wishes, *, loop: bool, given_up: Sequence[str]) -> None:
+    """Look at a result once more before it is handed on; say what it does not keep.
+
+    Warns
+    -----
+    RetimeWarning
+        Something had to be given up, by no more than lengths and times are rounded.
+
+    Raises
+    ------
+    InfeasibleWarpError
+        Something is not kept, and nobody said so.
+    """
+    broken = broken_promises(
+        warp, warp.keytimes, locks=wishes.locks, slowest=wishes.slowest, fastest=wishes.fastest, loop=loop
+    )
+    unsaid = [one for one in broken if not given_up or one.kind in ("key", "length", "direction")]
+    if unsaid:
+        raise InfeasibleWarpError(
+            f"no curve was found that keeps {'; '.join(map(str, unsaid))}. Loosen one of the wishes there, or move a "
+            "keytime",
+            output_times=(unsaid[0].start, unsaid[0].end),
+        )
+    for words in given_up:
+        warnings.warn(f"not quite kept {words}", RetimeWarning, stacklevel=4)
 
 
 class Clock:

@@ -39,17 +39,7 @@ def blend(a: Warp, b: Warp, weight: ArrayLike) -> Warp:
     >>> float(blend(slow, fast, 0.5)(1.0))
     1.0
     """
-    curve = as_real(weight, "the weights of a blend", error=OptionError)
-    if not np.all((curve if curve.ndim == 0 else curve[..., -1]) >= 0) or not np.all(
-        (curve if curve.ndim == 0 else curve[..., -1]) <= 1
-    ):
-        raise OptionError(f"the weights of a blend must be from 0 to 1, found {weight!r}")
-    if curve.ndim != 0 and (
-        curve.ndim != 2 or curve.shape[1:] != (2,) or not np.all(np.diff(curve[:, 0], prepend=-np.inf) > 0)
-    ):
-        raise OptionError("a blend's curve needs rows of (output time, weight) with times that increase")
-    if curve.size == 0:
-        raise OptionError("a blend's curve needs one or more rows of (output time, weight)")
+    curve = as_shares(weight)
     if not np.allclose([a.output_start, a.output_end], [b.output_start, b.output_end], rtol=0, atol=1e-9):
         raise OptionError(
             f"only warps of the same output range can be mixed: {a.output_start:g}–{a.output_end:g} s and "
@@ -71,6 +61,30 @@ def blend(a: Warp, b: Warp, weight: ArrayLike) -> Warp:
         piece = slice(first, last + 1)
         mixed[piece] = _mix_monotone(one[piece], other[piece], share[piece])
     return Warp(times, mixed, a.keytimes, method="blend", name=a.name)
+
+
+def as_shares(weight: ArrayLike) -> FloatArray:
+    """Take a share from 0 to 1, or a curve of them: rows of (output time, share) with times that increase.
+
+    Raises
+    ------
+    OptionError
+        Neither of them.
+    """
+    curve = as_real(weight, "the weights of a blend", error=OptionError)
+    if curve.ndim != 0 and curve.size == 0:
+        raise OptionError("a blend's curve needs one or more rows of (output time, weight)", option="influence")
+    if not np.all((curve if curve.ndim == 0 else curve[..., -1]) >= 0) or not np.all(
+        (curve if curve.ndim == 0 else curve[..., -1]) <= 1
+    ):
+        raise OptionError(f"the weights of a blend must be from 0 to 1, found {weight!r}", option="influence")
+    if curve.ndim != 0 and (
+        curve.ndim != 2 or curve.shape[1:] != (2,) or not np.all(np.diff(curve[:, 0], prepend=-np.inf) > 0)
+    ):
+        raise OptionError(
+            "a blend's curve needs rows of (output time, weight) with times that increase", option="influence"
+        )
+    return curve
 
 
 def _mix_monotone(one: FloatArray, other: FloatArray, share: FloatArray) -> FloatArray:

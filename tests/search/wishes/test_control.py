@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from retime.errors import InfeasibleWarpError, OptionError
+from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.kernels import Backend, StepPairs
 from retime.motion.signal import Signal
 from retime.search.path import SEARCHES, FramePath, shortest_path
@@ -259,12 +260,9 @@ SPEEDS = [1.0, 0.5, 0.25, 2.0, 1.5, 1 / 3, 0.37, 1.234, 3.0]
 def test_a_lock_is_played_at_its_speed_to_the_last_digit(speed: float, rate: int) -> None:
     lock = Lock(1.01, 2.03, speed, speed)
     result = Session(curve(4.0, rate)).solve(length="130%", locks=[lock])
-    (span,) = result.plan.locked
-    times = result.reduction.input_times[[span.first, span.last]]
-    # It begins and ends as near as the grid allows.
-    assert abs(times[0] - lock.start) <= 0.5 / (30 * result.upsample) + 1e-9
-    assert abs(times[1] - lock.end) <= 0.5 * (span.steps[0] + 1) / (30 * result.upsample) + 1e-9
-    shown = result.warp.inverse()(times)
+    # From its first moment to its last one, wherever the grid is.
+    shown = result.warp.inverse()([lock.start, lock.end])
+    assert shown[1] - shown[0] == pytest.approx((lock.end - lock.start) / speed, rel=1e-9)
     inside = np.linspace(*shown, 60)[1:-1]
     np.testing.assert_allclose(result.warp.speed(inside), speed, rtol=1e-9)
     assert result.warp.monotone
@@ -274,8 +272,7 @@ def test_a_lock_is_played_at_its_speed_to_the_last_digit(speed: float, rate: int
 def test_a_lock_on_a_range_is_kept_after_smoothing(bounds: tuple[float, float]) -> None:
     lock = Lock(1.0, 2.5, *bounds)
     result = Session(curve(4.0)).solve(length="85%", locks=[lock])
-    (span,) = result.plan.locked
-    shown = result.warp.inverse()(result.reduction.input_times[[span.first, span.last]])
+    shown = result.warp.inverse()([lock.start, lock.end])
     speeds = result.warp.speed(np.linspace(*shown, 80)[1:-1])
     assert bounds[0] - 1e-9 <= speeds.min()
     assert speeds.max() <= bounds[1] + 1e-9
@@ -356,7 +353,10 @@ def test_smoothness_does_not_charge_for_keytimes_that_hold() -> None:
 
 def refusal(session: Session, **options: object) -> InfeasibleWarpError | None:
     try:
-        session.solve(**options)  # type: ignore[arg-type]
+        with warnings.catch_warnings():
+            # Times rounded to frames may leave a little less room than locks ask for: that is said.
+            warnings.simplefilter("ignore", RetimeWarning)
+            session.solve(**options)  # type: ignore[arg-type]
     except InfeasibleWarpError as error:
         return error
     return None

@@ -69,6 +69,9 @@ class HandSession(Session):
         # The example says how fast; nothing is left for scores to say.
         return np.zeros((len(poses), steps.n_pairs))
 
+    def _score_seconds(self, n_input: int, n_pairs: int) -> float:
+        return 0.0
+
     def _step_prices(self, plan: SearchPlan, steps: StepPairs) -> FloatArray:
         return hand_prices(self._reading, self.tempo, plan.reduction, steps)
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from retime.search.wishes.locks import Lock
+from retime.warp.keytime import Keytime
 
 
 @dataclass(frozen=True)
@@ -33,15 +34,29 @@ class Wishes:
     @property
     def any(self) -> bool:
         """Whether there is a lock, a tangent or a speed limit."""
-        return bool(self.locks or self.tangents) or self.slowest > 0 or self.fastest < math.inf
+        return bool(self.locks or self.tangents) or self._limited
 
     @property
     def speeds(self) -> tuple[tuple[Lock, ...], tuple[float, ...], float, float]:
         """Locks, tangents and limits, as `retime.search.wishes.upsampling.upsample_for` takes them."""
         return self.locks, self.tangents, self.slowest, self.fastest
 
+    def words_at(self, keytimes: tuple[Keytime, Keytime], *, seam: bool = False) -> str:
+        """Name what is asked for between two keytimes."""
+        low, high = sorted(key.input_time for key in keytimes)
+        locks = [lock for lock in self.locks if lock.start < high and lock.end > low]
+        words = [f"the lock{'s' * (len(locks) > 1)} {', '.join(map(str, locks))}"] if locks else []
+        words += ["the tangents"] if any(key.speed is not None for key in keytimes) else []
+        words += [f"the speed limits {self.slowest:g} to {self.fastest:g}"] if self._limited else []
+        words += ["one speed at the loop's seam"] if seam else []
+        return " and ".join(words) or "what was asked for"
+
+    @property
+    def _limited(self) -> bool:
+        return self.slowest > 0 or self.fastest < math.inf
+
     def __str__(self) -> str:
         words = ["the locks"] if self.locks else []
         words += ["the tangents"] if self.tangents else []
-        words += ["the speed limits"] if self.slowest > 0 or self.fastest < math.inf else []
+        words += ["the speed limits"] if self._limited else []
         return " and ".join(words)

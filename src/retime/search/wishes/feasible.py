@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypedDict
 
@@ -12,9 +12,13 @@ import numpy as np
 from retime.arrays import BoolArray
 from retime.errors import InfeasibleWarpError
 from retime.limits import MAX_STEP
+from retime.progress import look
 from retime.search.reduction import Reduction
+from retime.search.wishes.room import rounding
 from retime.search.wishes.steps import NOTHING_NAMED, Named, slowest_words
 
+# Upsamplings that are tried, for one to offer.
+_MOST_TRIED = 16
 # Tells whether all keytimes can be met, given an upsampling (of all spans or of each) and max_skip.
 Fits = Callable[[int | tuple[int, ...], int], bool]
 
@@ -28,6 +32,7 @@ def check_counts(
     named: Named = NOTHING_NAMED,
     fits: Fits | None = None,
     last_frame: float = 0.0,
+    room: Sequence[tuple[float, float]] = (),
 ) -> None:
     """Refuse keytimes between which no number of allowed steps fits.
 
@@ -47,6 +52,9 @@ def check_counts(
         Whether all keytimes could be met with these: only a remedy that works is offered.
     last_frame : float
         How long the last output frame is shown, seconds: lengths count it, and are offered in frames so long.
+    room : sequence of (float, float)
+        For each span the shortest and the longest time that it may take, off any grid, seconds
+        (`retime.search.wishes.room`); left out, any.
 
     Raises
     ------
@@ -59,9 +67,25 @@ def check_counts(
         if n_output is not None and span == len(reduction.keytimes) - 2:
             least, most = (count - 1 - reduction.positions[span] for count in n_output)
         possible = _StepCounts(allowed[first:last], last - first)
-        if not possible.any_between(least, most):
+        fit, off = possible.any_between(least, most), 0
+        if room:
+            shortest, longest = room[span]
+            before, after = reduction.keytimes[span : span + 2]
+            length = after.output_time - before.output_time
+            at_end = span == len(reduction.keytimes) - 2
+            near = rounding(1 / last_frame, at_end=at_end, length=length) if length < math.inf else 0.0
+            if length < math.inf and not shortest - near <= length <= longest + near:
+                fit, off = False, -1 if length < shortest else 1
+            if not fit:
+                # Only what fits both the grid and the room is offered; where nothing does, what is a rounding off.
+                near = rounding(1 / last_frame, at_end=at_end, length=shortest)
+                if reduction.still[span]:
+                    # A crawl has one step a frame, however long it is.
+                    possible.be_up_to(math.ceil(min(longest, length) * reduction.rate) + 1)
+                possible.keep_between(shortest * reduction.rate, longest * reduction.rate, near * reduction.rate)
+        if not fit:
             raise _Refusal(
-                reduction, span, allowed.shape[1], (least, most), possible, wishes, named, fits, last_frame
+                reduction, span, allowed.shape[1], (least, most), possible, wishes, named, fits, last_frame, off
             ).error()
 
 
@@ -86,6 +110,8 @@ class _StepCounts:
         ahead = [0] * (max_skip + 1)
         ahead[0] = 1
         for frame in range(length):
+            if frame % 1024 == 0:
+                look(frame / length)
             bits = ahead.pop(0) << 1
             ahead.append(0)
             if bits:
@@ -95,6 +121,20 @@ class _StepCounts:
 
     def any_between(self, least: int, most: int) -> bool:
         return least <= most and bool(self._bits >> max(least, 0) & ((1 << (most - max(least, 0) + 1)) - 1))
+
+    def be_up_to(self, most: int) -> None:
+        """Allow any number from 1 to `most`."""
+        self._bits = (1 << (most + 1)) - 2
+
+    def keep_between(self, least: float, most: float, near: float) -> None:
+        """Forget the numbers outside of a range, or where none is inside those not near it."""
+        every = self._bits
+        for more in (1e-6, near):
+            self._bits = every >> (low := max(0, math.ceil(least - more))) << low
+            if most + more < every.bit_length():
+                self._bits &= (1 << max(0, math.floor(most + more) + 1)) - 1
+            if self._bits:
+                return
 
     @property
     def least(self) -> int | None:
@@ -150,12 +190,15 @@ class _Refusal:
     named: Named
     fits: Fits | None
     last_frame: float
+    off: int = 0
 
     def error(self) -> InfeasibleWarpError:
         """Name the span, what fits there, and what would make it feasible."""
         before, after = self.reduction.keytimes[self.span : self.span + 2]
         least, most = self.wanted
-        fewer, more = self.possible.below(least), self.possible.above(most)
+        # Off the grid the span may be too short (-1) or too long (1) for a number of steps that fits.
+        fewer = None if self.off < 0 else self.possible.below(least + (self.off > 0))
+        more = None if self.off > 0 else self.possible.above(most - (self.off < 0))
         known: _Values = {
             "span": self.span,
             "n_input": self._n_offered + 1,
@@ -165,7 +208,7 @@ class _Refusal:
         }
         into = self._given() if least == most else f"{self._asked(least)} to {self._asked(most)}"
         where = f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s into {into}"
-        if self.possible.least is None:
+        if self.possible.least is None or (fewer is None and more is None):
             return InfeasibleWarpError(f"{where}: {self._limits()} leave no way through. Loosen one.", **known)
         if fewer is None:
             assert more is not None
@@ -238,7 +281,11 @@ class _Refusal:
             enough = least_max_skip(self.reduction.upsamples, self.max_skip, self.fits)
             return None if enough is None else f"max_skip >= {enough}"
         need = self._upsample * -(-self.wanted[0] // self._n_offered)
-        for better in range(max(need, self._upsample + 1), 2 * need + 4):
+        if need > MAX_STEP:
+            return None
+        # Each of them is a search for a way; what needs more than so many is not worth the wait.
+        first = max(need, self._upsample + 1)
+        for better in range(first, min(2 * need + 4, first + _MOST_TRIED)):
             for skip in (self.max_skip, min(MAX_STEP, -(-self.max_skip * better // self._upsample))):
                 if self.fits(better, skip):
                     return f"upsample >= {better}" + (f" with max_skip={skip}" if skip != self.max_skip else "")

@@ -70,12 +70,19 @@ class LockedSpan:
         The steps that it may take between them, in rising order.
     speed : float, optional
         Where the lock fixes it.
+    span : int
+        The span between keytimes that it lies in.
+    start, end : float
+        The lock's own input times, which the frames come nearest to.
     """
 
     first: int
     last: int
     steps: tuple[int, ...]
     speed: float | None = None
+    span: int = 0
+    start: float = 0.0
+    end: float = 0.0
 
 
 def locked_spans(
@@ -115,6 +122,12 @@ def locked_spans(
     bound: list[LockedSpan] = []
     places: list[list[int]] = [[] for _ in locks]
     for span in range(len(reduction.keytimes) - 1):
+        if reduction.held[reduction.frames[span]]:
+            # What crawls is not searched; the curve keeps the lock there (`retime.search.promised_curve`).
+            for i, lock in enumerate(locks):
+                if _overlap(reduction, span, lock) > 1e-9:
+                    places[i].append(1)
+            continue
         shown = [(*place, i) for i, lock in enumerate(locks) if (place := _place_in_span(reduction, span, lock))]
         for first, last, i in sorted(shown):
             playing = lock_steps(locks[i], reduction.upsamples[span], steps)
@@ -124,7 +137,9 @@ def locked_spans(
             nearest = min(lengths, key=lambda length: (abs(first + length - last), -length))
             places[i].append(nearest)
             if nearest:
-                bound.append(LockedSpan(first, first + nearest, playing, locks[i].fastest if locks[i].fixed else None))
+                lock = locks[i]
+                speed = lock.fastest if lock.fixed else None
+                bound.append(LockedSpan(first, first + nearest, playing, speed, span, lock.start, lock.end))
     for i, (lock, lengths) in enumerate(zip(locks, places, strict=True)):
         if not any(lengths):
             why = (
@@ -174,13 +189,19 @@ def _place_in_span(reduction: Reduction, span: int, lock: Lock) -> tuple[int, in
     before, after = reduction.keytimes[span].input_time, reduction.keytimes[span + 1].input_time
     low, high = max(lock.start, min(before, after)), min(lock.end, max(before, after))
     begin, stop = reduction.frames[span], reduction.frames[span + 1]
-    if high - low <= 1e-9 or reduction.held[begin]:
+    if _overlap(reduction, span, lock) <= 1e-9 or reduction.held[begin]:
         return None
     grid = reduction.rate * reduction.upsamples[span]
     origin = nearest_frame(before * grid)
     ends = sorted(begin + abs(nearest_frame(time * grid) - origin) for time in (low, high))
     first, last = (min(max(frame, begin), stop) for frame in ends)
     return None if first == stop else (first, last)
+
+
+def _overlap(reduction: Reduction, span: int, lock: Lock) -> float:
+    """Seconds of a lock that a span shows."""
+    before, after = reduction.keytimes[span].input_time, reduction.keytimes[span + 1].input_time
+    return min(lock.end, max(before, after)) - max(lock.start, min(before, after))
 
 
 def _sums_of(steps: tuple[int, ...], most: int) -> list[int]:

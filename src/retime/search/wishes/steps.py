@@ -40,14 +40,15 @@ NOTHING_NAMED = Named()
 
 def fixed_step(speed: float, upsample: int, most: int = MAX_STEP) -> int | None:
     """Return the step nearest to a fixed speed, if it is near enough."""
-    step = max(1, round(speed * upsample))
+    # Beyond the longest step a speed may be any, up to what no integer holds.
+    step = max(1, round(min(speed * upsample, 2.0 * MAX_STEP)))
     return step if step <= most and abs(step - speed * upsample) <= _NEAR * speed * upsample else None
 
 
 def steps_between(slowest: float, fastest: float, upsample: int, most: int = MAX_STEP) -> range:
     """Return the steps whose speed lies in a range."""
     return range(
-        max(1, math.ceil(slowest * upsample - _CLOSE)),
+        max(1, math.ceil(min(slowest * upsample, 2.0 * MAX_STEP) - _CLOSE)),
         math.floor(min(fastest * upsample, float(most)) + _CLOSE) + 1,
     )
 
