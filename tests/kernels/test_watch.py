@@ -86,10 +86,10 @@ def test_ctrl_c_ends_a_kernel() -> None:
             "-c",
             "import numpy as np\n"
             "from retime.search.session import Session\n"
-            "poses = np.random.default_rng(0).standard_normal((6000, 12)).cumsum(axis=0)\n"
+            "poses = np.random.default_rng(0).standard_normal((6000, 40)).cumsum(axis=0)\n"
             "session = Session(poses, rate=30)\n"
             "print('begun', flush=True)\n"
-            "session.solve(length='150%', upsample=8, max_skip=60)\n",
+            "session.solve(length='150%', upsample=8, max_skip=40)\n",
         ],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -98,11 +98,11 @@ def test_ctrl_c_ends_a_kernel() -> None:
     assert child.stdout is not None
     assert child.stdout.readline() == "begun\n"
     begun = time.monotonic()
-    # Long enough to be inside of the kernel, short of the end of it: alone it takes many seconds.
+    # Inside of the kernel: alone it takes many seconds.
     with pytest.raises(subprocess.TimeoutExpired):
         child.wait(timeout=1)
     os.kill(child.pid, signal.SIGINT)
     _, errors = child.communicate(timeout=30)
-    assert time.monotonic() - begun < 4
+    assert time.monotonic() - begun < 8
     assert child.returncode != 0
     assert "KeyboardInterrupt" in errors

@@ -17,7 +17,8 @@ _MEMORY, _SECONDS = "RETIME_MOST_MEMORY", "RETIME_MOST_SECONDS"
 # Seconds on one thread: for a triple against a row of the reference, against one beyond the first some thousand (which
 # bounds mostly rule out), for a triple in one position of the layered recurrence, and for one in a whole search.
 _PER_ROW, _PER_FAR_ROW, _LONG, _PER_LAYER = 4e-10, 1e-10, 4096, 4e-10
-_PER_SEARCH = 6e-9
+# Where there are keytimes inside, sweeps look for a price of each span, and some of a loop's first steps lead nowhere.
+_PER_SEARCH, _PER_SEARCH_OF_SPANS = 1.5e-8, 1e-7
 # For a frame between the ends of a step of which the content is priced.
 _PER_LEFT_OUT = 2e-8
 
@@ -78,9 +79,9 @@ def layered_seconds(n_input: int, n_pairs: int, n_output: int) -> float:
     return _PER_LAYER * n_output * n_input * n_pairs
 
 
-def loop_seconds(n_input: int, n_pairs: int) -> float:
+def loop_seconds(n_input: int, n_pairs: int, n_spans: int) -> float:
     """Estimate how long a loop's search takes for one of its first steps: some sweeps over all scores."""
-    return _PER_SEARCH * n_input * n_pairs
+    return (_PER_SEARCH if n_spans == 1 else _PER_SEARCH_OF_SPANS) * n_input * n_pairs
 
 
 def content_seconds(n_input: int, step_lengths: list[int]) -> float:

@@ -183,9 +183,10 @@ def _mixed(times: FloatArray, one: FloatArray, other: FloatArray, share: FloatAr
     # What both sides are off themselves, by rounding or because nothing better can be had, is no reason to change.
     allowed = max(beyond(one), beyond(other)) * (1 + 1e-9) + 1e-12
     if beyond(mixed(1.0)) <= allowed:
-        return mixed(1.0)
+        return np.maximum.accumulate(mixed(1.0) * sign) * sign
     low, high = 0.0, 1.0
     for _ in range(40):
         scale = (low + high) / 2
         low, high = (low, scale) if beyond(mixed(scale)) > allowed else (scale, high)
-    return mixed(low)
+    # Not even a rounding error may turn it back.
+    return np.maximum.accumulate(mixed(low) * sign) * sign

@@ -206,7 +206,11 @@ class _Refusal:
             "max_skip": self.max_skip,
             "output_times": (before.output_time, after.output_time),
         }
-        into = self._given() if least == most else f"{self._asked(least)} to {self._asked(most)}"
+        into = (
+            self._given()
+            if least == most and not self.reduction.free
+            else f"{self._asked(least)} to {self._asked(most)}"
+        )
         where = f"cannot fit input {before.input_time:.2f}–{after.input_time:.2f} s into {into}"
         if self.possible.least is None or (fewer is None and more is None):
             return InfeasibleWarpError(f"{where}: {self._limits()} leave no way through. Loosen one.", **known)
