@@ -181,7 +181,7 @@ def check_keytimes(keytimes: Sequence[Keytime], input_end: float) -> tuple[Keyti
         check_speed(key)
         if _LATEST < key.output_time < math.inf:
             raise OptionError(
-                f"a keytime stands at output time {key.output_time:g} s; no output is longer than {_LATEST:g} s",
+                f"an output time of {key.output_time:g} s is asked for; no output is longer than {_LATEST:g} s",
                 option="keys",
                 output_times=(key.output_time,),
             )
