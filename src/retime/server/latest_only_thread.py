@@ -58,6 +58,18 @@ class LatestOnlyThread(Generic[Job]):
                 lambda: not self._open or self._latest is not None or self._errands, timeout=seconds
             )
 
+    @property
+    def outdated(self) -> bool:
+        """Whether a newer job waits for the one at work."""
+        with self._changed:
+            return self._latest is not None
+
+    @property
+    def stopped(self) -> bool:
+        """Whether nothing more is begun."""
+        with self._changed:
+            return not self._open
+
     def stop(self) -> None:
         """Begin nothing more."""
         with self._changed:

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from retime.errors import RetimeError, RetimeWarning, words_of
+from retime.errors import OptionError, RetimeError, RetimeWarning, words_of
+from retime.progress import watching
 from retime.project.document import Document
 from retime.project.export import check_no_input, export_motion, export_warp
 from retime.project.faults import fault_of
@@ -23,6 +24,12 @@ from retime.server.messages import ServerMessage
 
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
 _REST = 0.2
+# Seconds that a search may go on once a newer document waits: while a key is dragged, one after the other is shown.
+_PATIENCE = 2.0
+
+
+class SearchEndedError(Exception):
+    """Nobody wants the answer of a search any more."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +93,7 @@ class SolverThread:
         self._bad: tuple[int, Exception] | None = None
         self._dead: BaseException | None = None
         self._died = died
+        self._cancelled = False
         self._worker = LatestOnlyThread(self._solve, name="retime-solver", died=self._end)
 
     @property
@@ -106,6 +114,10 @@ class SolverThread:
     def ask(self, job: Job) -> None:
         """Have a document solved; forget one that still waits."""
         self._worker.submit(job)
+
+    def cancel(self) -> None:
+        """End the search that is at work; its pages are told that it was ended."""
+        self._cancelled = True
 
     def forget(self) -> None:
         """Another document is open: a solution of the old one is no use."""
@@ -128,16 +140,32 @@ class SolverThread:
         self._worker.add(export)
 
     def close(self) -> None:
-        """End the thread, once it has done what it is at."""
+        """End the thread; a search that is at work is ended, an export is not."""
         self._worker.close()
 
     def _solve(self, job: Job) -> None:
         begin = time.perf_counter()
         solution = None
+        self._cancelled = False
+
+        def is_wanted(_: float) -> None:
+            late = time.perf_counter() - begin > _PATIENCE
+            if self._cancelled or self._worker.stopped or (late and self._worker.outdated):
+                raise SearchEndedError
+
         try:
-            with _warnings_told(lambda notice: self._tell(job, {f"notice {notice.text}": notice})):
+            with (
+                _warnings_told(lambda notice: self._tell(job, {f"notice {notice.text}": notice})),
+                watching(is_wanted),
+            ):
                 self._read(job)
                 solution = self._solver.solve(job.document)
+        except SearchEndedError:
+            error = OptionError("the search was ended before it found anything")
+            self._bad = job.revision, error
+            if self._cancelled:
+                self._tell(job, {"problem": messages.Problem(job.revision, str(error), None, None, None, None, None)})
+            return
         except (RetimeError, OSError, MemoryError) as error:
             last = self._good
             fault = fault_of(error, job.document, None if last is None else last[1].document)
