@@ -196,7 +196,7 @@ class Session:
         # Steps may turn out to have to follow any others.
         n_scores = float(n_input * (StepPairs.of(steps.steps).n_pairs if plan.loose else steps.n_pairs))
         n_bytes = 8 * (
-            n_scores * (3 + 3 * several) + n_input * (3.0 * n_numbers + 6 * steps.n_steps) + 9.0 * n_rows * n_numbers
+            n_scores * (4.5 + 3 * several) + n_input * (3.0 * n_numbers + 6 * steps.n_steps) + 9.0 * n_rows * n_numbers
         )
         n_output = plan.n_output if isinstance(plan.n_output, int) else n_input
         seconds = self._score_seconds(n_input, steps.n_pairs)
