@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from retime import Signal, Warp, guided_warp, read, write
-from retime.errors import MissingPageError, OptionError, RetimeError
+from retime import ChannelKind, Signal, Warp, guided_warp, read, write
+from retime.errors import FormatWarning, MissingPageError, OptionError, RetimeError
 from retime.server.messages import VERSION
 from tests.cli.figures import figure
 
@@ -185,7 +185,11 @@ def test_a_motion_is_edited_as_its_file_is(clip, tmp_path) -> None:
 def test_clips_that_are_no_files_keep_what_they_are(clip, tmp_path) -> None:
     async def check() -> None:
         motion = replace(read(clip), up="z", name="../über all/ .bvh")
-        signal = Signal(("pan", "tilt"), np.random.default_rng(0).normal(size=(241, 2)), motion.rate, name="")
+        values = np.random.default_rng(0).normal(size=(241, 3))
+        values[:, 2] = np.arange(241) // 100
+        values[50:60, 1] = np.nan
+        said = ChannelKind("label", words=("walk", "run", "stand"))
+        signal = Signal(("pan", "tilt", "said"), values, motion.rate, kinds=["angle:rad", "linear", said], gaps="keep")
         widget = notebook.edit(motion, signal)
         await widget.ready()
         first, second = widget.document.clips
@@ -193,9 +197,11 @@ def test_clips_that_are_no_files_keep_what_they_are(clip, tmp_path) -> None:
         assert Path(first.path).parent.parent == tmp_path / "state" / "notebook"
         found = read(first.path, up="z")
         np.testing.assert_allclose(found.positions, motion.positions, atol=1e-5)
-        again = read(second.path)
-        assert np.array_equal(again.values, signal.values)
-        assert (again.names, again.rate) == (signal.names, signal.rate)
+        assert (first.gaps, second.gaps) == (None, "keep")
+        with pytest.warns(FormatWarning, match="kept gaps: tilt frames 50:59"):
+            again = read(second.path, gaps=second.gaps)
+        assert np.array_equal(again.values, signal.values, equal_nan=True)
+        assert (again.names, again.rate, again.kinds) == (signal.names, signal.rate, signal.kinds)
 
     in_a_notebook(check)
 

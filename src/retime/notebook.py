@@ -17,6 +17,7 @@ from retime.brief import kind_of
 from retime.errors import FormatError, MissingExtraError, MissingPageError, OptionError
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
+from retime.motion.signal import Signal
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.from_memory import file_of
@@ -183,8 +184,8 @@ def edit(
         # Of a clip that is held, what its file does not say.
         document = replace(
             document,
-            clips=tuple(_as_up(file, clip) for file, clip in zip(document.clips, clips, strict=True)),
-            references=tuple(_as_up(file, clip) for file, clip in zip(document.references, several, strict=True)),
+            clips=tuple(_as_held(file, clip) for file, clip in zip(document.clips, clips, strict=True)),
+            references=tuple(_as_held(file, clip) for file, clip in zip(document.references, several, strict=True)),
         )
     place = None if project is None else Path(project).resolve()
     key = loop, place or document
@@ -212,7 +213,9 @@ def _path_of(clip: AnyPath | AnyMotion) -> Path:
     raise OptionError(f"expected edit(clip) with a path, a motion or a signal; found {kind_of(clip)}")
 
 
-def _as_up(file: AnyFile, clip: object) -> AnyFile:
+def _as_held(file: AnyFile, clip: object) -> AnyFile:
+    if isinstance(clip, Signal) and clip.gaps == "keep":
+        return replace(file, gaps="keep")
     return replace(file, up=clip.up) if isinstance(clip, Motion) and clip.up != "y" else file
 
 

@@ -31,7 +31,7 @@ def document_of(folder: Path) -> Document:
     return Document(
         clips=(
             ClipFile(str(folder / "a.bvh"), first_frame=2, last_frame=90, fps="30000/1001", up="z"),
-            ClipFile(str(folder / "camera.csv")),
+            ClipFile(str(folder / "camera.csv"), channels="pan=angle:deg, *_id=label", gaps="bridge:0.2"),
         ),
         references=(
             ReferenceFile(
@@ -40,7 +40,7 @@ def document_of(folder: Path) -> Document:
                 mirror=True,
                 joint_map=str(folder / "names.json"),
                 joints=(JointPair("Hips", "pelvis"),),
-                counterparts=(CounterpartFile(1, str(folder / "refs" / "c.csv"), fps="25"),),
+                counterparts=(CounterpartFile(1, str(folder / "refs" / "c.csv"), fps="25", gaps="keep"),),
             ),
             ReferenceFile(first_frame=4),
         ),

@@ -118,6 +118,8 @@ export function addClip(document: Document, path: string): Document {
     fps: null,
     skeleton: null,
     up: null,
+    channels: null,
+    gaps: null,
   };
   return { ...document, clips: [...document.clips, clip] };
 }

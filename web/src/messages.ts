@@ -15,6 +15,8 @@ export interface ClipFile {
   readonly fps: string | null;
   readonly skeleton: string | null;
   readonly up: "y" | "z" | null;
+  readonly channels: string | null;
+  readonly gaps: string | null;
 }
 
 /** A joint (or channel) of the clip, and which of the reference's stands for it. */
@@ -30,6 +32,8 @@ export interface CounterpartFile {
   readonly fps: string | null;
   readonly skeleton: string | null;
   readonly up: "y" | "z" | null;
+  readonly channels: string | null;
+  readonly gaps: string | null;
 }
 
 /** What the input is to move like. */
@@ -42,6 +46,8 @@ export interface ReferenceFile {
   readonly fps: string | null;
   readonly skeleton: string | null;
   readonly up: "y" | "z" | null;
+  readonly channels: string | null;
+  readonly gaps: string | null;
   readonly joint_map: string | null;
   readonly joints: readonly JointPair[];
   readonly counterparts: readonly CounterpartFile[];

@@ -80,7 +80,15 @@ it("a group's clips follow, or are searched", () => {
 
 it("a clip that goes takes its counterparts along, and the others keep theirs", () => {
   const group = addClip(addClip(EMPTY, "b.bvh"), "c.bvh");
-  const beside = (clip: number) => ({ clip, path: `like ${clip}`, fps: null, skeleton: null, up: null });
+  const beside = (clip: number) => ({
+    clip,
+    path: `like ${clip}`,
+    fps: null,
+    skeleton: null,
+    up: null,
+    channels: null,
+    gaps: null,
+  });
   const imitating = {
     ...group,
     references: [{ ...PLAIN_REFERENCE, path: "a.bvh", counterparts: [beside(1), beside(2)] }],

@@ -4,7 +4,17 @@ import type { Document } from "../src/messages";
 
 export const EMPTY: Document = {
   clips: [
-    { path: "walk.bvh", role: "search", first_frame: null, last_frame: null, fps: null, skeleton: null, up: null },
+    {
+      path: "walk.bvh",
+      role: "search",
+      first_frame: null,
+      last_frame: null,
+      fps: null,
+      skeleton: null,
+      up: null,
+      channels: null,
+      gaps: null,
+    },
   ],
   references: [],
   keys: [],

@@ -180,6 +180,17 @@ def parse_channel(text: str) -> tuple[str, ChannelKind]:
     return name.strip(), ChannelKind.parse(kind)
 
 
+def parse_channels(text: str) -> dict[str, ChannelKind]:
+    """Read several of `parse_channel`, with commas between them; raise OptionError.
+
+    Examples
+    --------
+    >>> {name: str(kind) for name, kind in parse_channels("pan=angle:rad, *_id=label").items()}
+    {'pan': 'angle:rad', '*_id': 'label'}
+    """
+    return dict(parse_channel(part) for part in text.split(",") if part.strip())
+
+
 def text_label(texts: Sequence[str]) -> tuple[FloatArray, ChannelKind]:
     """Give each word of a column of text a number.
 

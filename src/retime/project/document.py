@@ -35,6 +35,10 @@ class ClipFile:
         The ASF of an AMC, where it can't be found beside it.
     up : {"y", "z"}, optional
         The axis that is up in the file; left out, what the format says.
+    channels : str, optional
+        What channels of a table hold, as ``pan=angle:deg, *_id=label``; left out, what is found.
+    gaps : str, optional
+        What to do about values that a table lacks: ``bridge``, ``bridge:SECONDS`` or ``keep``; left out, refuse them.
     """
 
     path: str
@@ -44,6 +48,8 @@ class ClipFile:
     fps: str | None = None
     skeleton: str | None = None
     up: Literal["y", "z"] | None = None
+    channels: str | None = None
+    gaps: str | None = None
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,7 @@ class CounterpartFile:
         The clip's place in the document, counted from 0; the first one's counterpart is the reference's own file.
     path : str
         The file. Of it the same time is used as of the reference's own.
-    fps, skeleton, up : str, optional
+    fps, skeleton, up, channels, gaps : str, optional
         As of a clip.
     """
 
@@ -79,6 +85,8 @@ class CounterpartFile:
     fps: str | None = None
     skeleton: str | None = None
     up: Literal["y", "z"] | None = None
+    channels: str | None = None
+    gaps: str | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +103,7 @@ class ReferenceFile:
         How much nearer it looks than it is; above 0.
     mirror : bool
         Imitate its mirror image too.
-    fps, skeleton, up : str, optional
+    fps, skeleton, up, channels, gaps : str, optional
         As of a clip.
     joint_map : str, optional
         A file that says which of its joints is which of the clip's.
@@ -113,6 +121,8 @@ class ReferenceFile:
     fps: str | None = None
     skeleton: str | None = None
     up: Literal["y", "z"] | None = None
+    channels: str | None = None
+    gaps: str | None = None
     joint_map: str | None = None
     joints: tuple[JointPair, ...] = ()
     counterparts: tuple[CounterpartFile, ...] = ()

@@ -12,6 +12,7 @@ from retime.errors import RetimeWarning
 from retime.formats.joint_map import read_joint_map
 from retime.formats.registry import read
 from retime.motion.any_motion import AnyMotion
+from retime.motion.channels import parse_channels
 from retime.motion.grammar import parse_frame_range
 from retime.motion.kinematics import seems_z_up
 from retime.motion.motion import Motion
@@ -50,13 +51,14 @@ def as_paths(text: str) -> Path:
 
 AnyFile = ClipFile | ReferenceFile | CounterpartFile
 # A file, how it is read, and the frames used of it.
-_Key = tuple[str, str | None, str | None, str | None, int | None, int | None]
+_Key = tuple[str, str | None, str | None, str | None, str | None, str | None, int | None, int | None]
 
 
 def read_clip(file: AnyFile, path: Path, find: Find) -> AnyMotion:
     """Read one clip, all of its frames."""
     skeleton = None if file.skeleton is None else find(file.skeleton)
-    clip = read(path, rate=file.fps, skeleton=skeleton, up=file.up)
+    kinds = None if file.channels is None else parse_channels(file.channels)
+    clip = read(path, rate=file.fps, skeleton=skeleton, up=file.up, kinds=kinds, gaps=file.gaps)
     if not clip.name:
         clip = replace(clip, name=path.stem)
     if file.up is None and isinstance(clip, Motion) and seems_z_up(clip):
@@ -132,8 +134,8 @@ class Reader:
 
     def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:
         """Read a file, or remember it, and cut out the frames used."""
-        whole = (file.path or "", file.fps, file.skeleton, file.up, None, None)
-        part = (*whole[:4], first_frame, last_frame)
+        whole = (file.path or "", file.fps, file.skeleton, file.up, file.channels, file.gaps, None, None)
+        part = (*whole[:6], first_frame, last_frame)
         for key in (whole, part):
             if key not in self._used:
                 clip = self._clips.get(key)

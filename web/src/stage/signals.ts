@@ -89,12 +89,16 @@ export class SignalView {
         const start = outputStart(warp);
         const end = outputEnd(warp);
         const pixels = Math.max(2, Math.round(((end - start) / longest) * columnWidth));
+        let drawing = false;
         for (let i = 0; i <= pixels; i++) {
           const value = valueAt(clip, channel, inputAt(warp, start + ((end - start) * i) / pixels));
           const px = left + ((start + ((end - start) * i) / pixels) / longest) * columnWidth;
           const py = y + 5 + (rowHeight - 10) * (1 - (value - low) / (high - low));
-          if (i === 0) pen.moveTo(px, py);
-          else pen.lineTo(px, py);
+          // A hole is drawn as one: the line ends before it, and begins again.
+          const there = !Number.isNaN(value);
+          if (there && drawing) pen.lineTo(px, py);
+          else if (there) pen.moveTo(px, py);
+          drawing = there;
         }
         pen.stroke();
       };
@@ -127,8 +131,11 @@ function range(clip: Clip, channel: number): [number, number] {
   let low = Infinity;
   let high = -Infinity;
   for (let i = channel; i < clip.values.length; i += clip.names.length) {
-    low = Math.min(low, at(clip.values, i));
-    high = Math.max(high, at(clip.values, i));
+    const value = at(clip.values, i);
+    // A hole is not a number, and would make one of neither.
+    if (Number.isNaN(value)) continue;
+    low = Math.min(low, value);
+    high = Math.max(high, value);
   }
   return high > low ? [low, high] : [low - 1, low + 1];
 }

@@ -1,4 +1,4 @@
-/** How a file is read: which axis is up, its frames a second, the skeleton of an AMC. */
+/** How a file is read: its axis that is up, its rate, the skeleton of an AMC, what a table's channels hold, its gaps. */
 
 import { make, setText } from "../../dom";
 import { parseRate } from "../../grammar";
@@ -11,6 +11,8 @@ interface Reading {
   readonly fps: string | null;
   readonly up: "y" | "z" | null;
   readonly skeleton: string | null;
+  readonly channels: string | null;
+  readonly gaps: string | null;
 }
 
 export interface ReadingFields {
@@ -23,7 +25,7 @@ export function readingFields(
   dialogs: Dialogs,
   whose: string,
   file: () => Reading,
-  change: (change: Partial<Pick<Reading, "fps" | "up" | "skeleton">>) => void,
+  change: (change: Partial<Pick<Reading, "fps" | "up" | "skeleton" | "channels" | "gaps">>) => void,
   faulty: () => boolean,
   replace?: (path: string) => void,
 ): ReadingFields {
@@ -55,6 +57,18 @@ export function readingFields(
     }),
   );
   const skeletonRow = make("div", { class: "row" }, make("span", { class: "label" }, "Skeleton"), skeleton);
+  const channels = textField(
+    "Channels",
+    "What channels of a table hold: pan=angle:deg, *_id=label. Empty: what names and values say",
+    (text) => {
+      change({ channels: text === "" ? null : text });
+      return true;
+    },
+  );
+  channels.input.placeholder = "as names and values say";
+  channels.input.setAttribute("aria-label", `${whose}: what channels hold`);
+  const gaps = choice("Gaps", "Values that a table lacks", (value) => change({ gaps: value === "" ? null : value }));
+  gaps.select.setAttribute("aria-label", `${whose}: gaps`);
   const said = make("span", { class: "note" });
   const root = make(
     "details",
@@ -64,11 +78,13 @@ export function readingFields(
     up.row,
     fps.row,
     skeletonRow,
+    channels.row,
+    gaps.row,
   );
   return {
     root,
     update() {
-      const { path, fps: rate, up: axis, skeleton: asf } = file();
+      const { path, fps: rate, up: axis, skeleton: asf, channels: kinds, gaps: holes } = file();
       setText(place, fileName(path ?? ""));
       place.title = `${path ?? ""}: choose another place, where the file was moved`;
       up.show(
@@ -83,9 +99,29 @@ export function readingFields(
       const isAmc = /\.amc$/iu.test(path ?? "");
       skeletonRow.hidden = !isAmc && asf === null;
       setText(skeleton, asf === null ? "Found beside it" : fileName(asf));
+      const isTable = /\.(csv|tsv|npy|npz)$/iu.test(path ?? "");
+      channels.row.hidden = !isTable && kinds === null;
+      channels.show(kinds ?? "");
+      gaps.row.hidden = !isTable && holes === null;
+      gaps.show(
+        [
+          { value: "", text: "None: refuse the file" },
+          { value: "bridge", text: "Bridge up to 1 s" },
+          ...(holes?.startsWith("bridge:") ? [{ value: holes, text: `Bridge up to ${holes.slice(7)} s` }] : []),
+          { value: "keep", text: "Keep as gaps" },
+        ],
+        holes ?? "",
+      );
+      up.row.hidden = isTable && axis === null;
       setText(
         said,
-        [axis ? `${axis.toUpperCase()} up` : "", rate ? `${rate} Hz` : "", asf ? fileName(asf) : ""]
+        [
+          axis ? `${axis.toUpperCase()} up` : "",
+          rate ? `${rate} Hz` : "",
+          asf ? fileName(asf) : "",
+          kinds ?? "",
+          holes ?? "",
+        ]
           .filter(Boolean)
           .join(", "),
       );

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retime.errors import RetimeWarning
+from retime.motion.signal import Signal
+from retime.project.document import ClipFile, Document
+from retime.project.faults import FaultyError
+from retime.project.reader import Reader
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> str:
+    rows = [f"{i / 10:.1f},{i},{'' if i == 4 else i}" for i in range(9)]
+    (tmp_path / "table.csv").write_text("\n".join(["time,pan,x", *rows]))
+    return str(tmp_path / "table.csv")
+
+
+def clip_of(reader: Reader, file: ClipFile) -> Signal:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RetimeWarning)
+        (clip,) = reader.read(Document((file,))).clips
+    assert isinstance(clip, Signal)
+    return clip
+
+
+def test_a_document_says_what_channels_hold_and_what_to_do_about_gaps(table: str) -> None:
+    reader = Reader()
+    bridged = clip_of(reader, ClipFile(table, channels="p*=angle:rad", gaps="bridge"))
+    assert [str(kind) for kind in bridged.kinds] == ["angle:rad", "linear"]
+    assert bridged.values[4].tolist() == [4, 4]
+    # Another way to read is another clip, though the file is the same.
+    kept = clip_of(reader, ClipFile(table, gaps="keep", first_frame=2, last_frame=6))
+    assert np.argwhere(kept.holes).tolist() == [[2, 1]]
+    assert [str(kind) for kind in kept.kinds] == ["linear", "linear"]
+
+
+@pytest.mark.parametrize(
+    ("file", "says"),
+    [
+        ({}, "column 'x': expected a number, found nothing; --gaps bridge fills gaps"),
+        ({"gaps": "fill"}, "gaps are 'bridge', 'bridge:SECONDS' or 'keep'; found 'fill'"),
+        ({"gaps": "keep", "channels": "pan"}, "expected a channel and its kind"),
+        ({"gaps": "keep", "channels": "tilt=angle"}, "table has no channel 'tilt'; there are pan, x"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::retime.errors.RetimeWarning")
+def test_what_can_not_be_read_so_is_blamed_on_the_clip(table: str, file: dict[str, str], says: str) -> None:
+    with pytest.raises(FaultyError, match=says) as caught:
+        Reader().read(Document((ClipFile(table, **file),)))
+    assert caught.value.fault.clip == 0
