@@ -147,6 +147,7 @@ def test_several_keys_are_all_met_by_every_method(run, clips, tmp_path) -> None:
         (["--evenness", "0"], {}),
         (["--content", "2"], {}),
         (["--ends", "0.2"], {}),
+        (["--own-timing", "0.5"], {}),
         (["--keep-flights", "0", "--evenness", "1"], {}),
         (["--paper"], {"max_skip": 8, "upsample": 1, "n_input": 121}),
         (["--upsample", "2"], {"upsample": 2, "n_input": 241}),

@@ -19,14 +19,24 @@ def clip(values: np.ndarray, **changes) -> Signal:
     return Signal(("x", "y", "z"), values, 30, gaps="keep", **changes)
 
 
-@pytest.mark.parametrize(("length", "search"), [("70%", "priced"), ("free", "priced"), ("80%", "heuristic")])
-def test_nothing_of_a_frame_with_a_hole_weighs(length: str, search: str) -> None:
+@pytest.mark.parametrize(
+    ("length", "search", "own_timing"),
+    [("70%", "priced", 0.0), ("free", "priced", 0.0), ("80%", "heuristic", 0.0), ("70%", "priced", 0.5)],
+)
+def test_nothing_of_a_frame_with_a_hole_weighs(length: str, search: str, own_timing: float) -> None:
     holes = MOVING.copy()
     holes[60:90, 0] = np.nan
     others = holes.copy()
     # Far enough inside that no step from outside reaches it.
     others[72:78, 1] += 50 * np.hanning(6)
-    options = {"length": length, "low_pass": 0, "search": search, "max_skip": 4, "upsample": 1}
+    options = {
+        "length": length,
+        "low_pass": 0,
+        "search": search,
+        "max_skip": 4,
+        "upsample": 1,
+        "own_timing": own_timing,
+    }
     unscaled = PoseOptions(scale_signals=False)
     found, again = (guided_warp(clip(values), features=unscaled, **options) for values in (holes, others))
     assert found.path.frames.tolist() == again.path.frames.tolist()

@@ -104,6 +104,8 @@ export interface Options {
   readonly content?: number;
   /** How near to its own speed the clip begins and ends. */
   readonly ends?: number;
+  /** How near the clip stays to its own timing where the reference says little. */
+  readonly own_timing?: number;
   /** How much a change of speed costs: the more, the fewer changes. */
   readonly smoothness?: number;
   /** Slowest and fastest for the whole clip: 1/2..2, 50%..200%, ..2. */

@@ -39,7 +39,9 @@ _USUAL = {
     "smoothing": "3; 5 with --paper",
     "upsample": "16 to 24 by what the hand played, 8 to 12 for takes beyond two minutes",
     "max_skip": "twice unit speed, or more where the hand is faster",
-    **dict.fromkeys(("free_weight", "score", "evenness", "keep_flights", "content", "ends"), "with --paper only"),
+    **dict.fromkeys(
+        ("free_weight", "score", "evenness", "keep_flights", "content", "ends", "own_timing"), "with --paper only"
+    ),
 }
 
 _EXAMPLES = (

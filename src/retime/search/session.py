@@ -36,6 +36,7 @@ from retime.search.methods.exact import PathTask, exact_path
 from retime.search.methods.heuristic import COARSE_RATE, SLACK, coarse_reduction, heuristic_path
 from retime.search.methods.loop import check_loop, loop_path
 from retime.search.mix import mixed_within, spline_within
+from retime.search.own_timing import own_timing_costs
 from retime.search.path import FramePath
 from retime.search.path_curve import knots_of_path, smooth_steps
 from retime.search.plan import SHORTER, Request, SearchPlan, make_plan
@@ -292,6 +293,9 @@ class Session:
 
         def task_of(steps: StepPairs, costs: FloatArray) -> tuple[PathTask, FloatArray | None]:
             add_smoothness(costs, chosen["smoothness"], plan.reduction, steps, unit=self._smoothness_unit())
+            if chosen["own_timing"]:
+                own = own_timing_costs(poses, plan.reduction, steps, self._model)
+                costs += chosen["own_timing"] * self._without_gaps(plan, own)
             if neutral:
                 weigh_neutral(costs, plan.reduction, steps)
             tempo, first, last = self._step_prices(plan, steps), np.zeros(steps.n_steps), np.zeros(steps.n_steps)
