@@ -81,3 +81,11 @@ def test_sampling_is_linear_and_held_at_the_ends(times: list[float]) -> None:
 def test_what_is_not_time_is_kept() -> None:
     sampled = camera(name="crane", time_column="t", first_frame=5).at([0.0])
     assert (sampled.name, sampled.time_column, sampled.first_frame) == ("crane", "t", 0)
+
+
+def test_a_hole_is_drawn_as_one() -> None:
+    values = np.arange(20.0)[:, None]
+    values[8:11] = np.nan
+    whole, parted = (Signal(("x",), one, 10, gaps="keep")._repr_html_() for one in (np.arange(20.0)[:, None], values))
+    assert parted.count("<polyline") + parted.count("<path") == whole.count("<polyline") + whole.count("<path") + 1
+    assert "nan" not in parted.lower()

@@ -93,9 +93,14 @@ def channels_html(values: FloatArray, names: Sequence[str], rate: float, facts: 
     panel = Panel("values", 0.0, float(times[-1]), 0.0, 1.0, of="s")
     for channel in range(min(_CHANNELS, len(names))):
         column = values[:, channel]
-        low, high = float(column.min()), float(column.max())
+        # Holes hide nothing of the rest; the line ends before them, and begins again.
+        there = np.isfinite(column)
+        low = float(column.min(where=there, initial=np.inf))
+        high = float(column.max(where=there, initial=-np.inf))
         share = (column - low) / (high - low) if high > low else np.full(len(column), 0.5)
-        panel.line(times[kept], share[kept], ink=INKS[channel])
+        for run in np.split(kept, np.flatnonzero(np.diff(there[kept])) + 1):
+            if there[run[0]]:
+                panel.line(times[run], share[run], ink=INKS[channel])
     panel.legend(names[:_CHANNELS])
     drawn = f"; the first {_CHANNELS} are drawn" if len(names) > _CHANNELS else ""
     return stacked(panel.svg(), facts_html({**facts, "channels": f"{len(names)}, each in its own range{drawn}"}))

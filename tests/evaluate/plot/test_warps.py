@@ -502,3 +502,15 @@ class TestOnAxesOfOnesOwn:
     def test_what_has_no_place_there_is_refused(self, options, says: str) -> None:
         with pytest.raises(OptionError, match=says):
             plot_warps([LINEAR], ax=Figure().subplots(), **options)
+
+
+def test_a_hole_hides_nothing_of_its_channel() -> None:
+    values = np.column_stack([np.arange(90.0), np.arange(90.0)])
+    values[20:26, 0] = np.nan
+    signal = Signal(("x", "y"), values, 30, gaps="keep")
+    warp = linear_warp([(0.0, 0.0), (signal.end_time, 2.0)])
+    figure = plot_warps(warp, motion=signal)
+    lines = {line.get_label(): line for axes in figure.axes for line in axes.get_lines()}
+    shown = np.asarray(lines["x"].get_ydata(), dtype=float)
+    assert 0 < np.isnan(shown).sum() < len(shown) / 4
+    assert (np.nanmin(shown), np.nanmax(shown)) == (0.0, 1.0)

@@ -363,7 +363,9 @@ def _draw_head(axes: Axes, time: float, height: float, an_inch: float, up: bool)
 
 
 def _draw_channels(rows: Sequence[Axes], strip: Strip, signal: Signal) -> None:
-    low, high = signal.values.min(axis=0), signal.values.max(axis=0)
+    known = ~signal.holes
+    low = signal.values.min(axis=0, where=known, initial=np.inf)
+    high = signal.values.max(axis=0, where=known, initial=-np.inf)
     extent = np.where(high > low, high - low, 1.0)
     names = signal.names[:_MOST_CHANNELS]
     for axes, row in zip(rows, strip.rows, strict=True):
