@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from retime.brief import kind_of
-from retime.errors import FormatError, MissingExtraError, MissingPageError, OptionError
+from retime.errors import MissingExtraError, MissingPageError, OptionError
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
@@ -111,7 +111,7 @@ class EditorWidget(anywidget.AnyWidget):  # type: ignore[misc, unused-ignore]
         """Hear a message of the page's."""
         try:
             message = read_message(json.dumps(content))
-        except FormatError as error:
+        except Exception as error:
             self._shared.refuse(self._page, error)
             return
         if not isinstance(message, messages.Hello):

@@ -37,7 +37,7 @@ def written(*changes: tuple[str, str], error: Exception | None = None) -> list[s
 
     async def run() -> list[str]:
         disk = Disk()
-        writer = DiskWriter(died=lambda raised: disk.told.append(f"died of {raised}"))
+        writer = DiskWriter(fault=lambda raised: disk.told.append(f"fault: {raised}"))
         for i, (name, gesture) in enumerate(changes):
             writer.drop_last_of(gesture)
             writer.put(disk.change(name, gesture=gesture, error=error if i == 1 else None))
@@ -68,20 +68,29 @@ def test_of_a_gesture_the_latest_that_waits_is_written(changes, names) -> None:
     assert [told[-1] for told in written(*changes) if told.startswith("wrote")] == list(names)
 
 
-def test_what_can_not_be_written_is_told_and_the_next_is_written() -> None:
-    full = OSError(28, "No space left on device")
-    assert written(("a", ""), ("b", ""), ("c", ""), error=full) == [
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), ZeroDivisionError("a fault of the program")])
+def test_what_can_not_be_written_is_told_and_the_next_is_written(error) -> None:
+    assert written(("a", ""), ("b", ""), ("c", ""), error=error) == [
         "wrote a",
         "done a",
-        f"b: {full}",
+        f"b: {error}",
         "wrote c",
         "done c",
     ]
 
 
-def test_a_fault_of_the_program_is_told_and_nothing_is_written_from_then_on() -> None:
-    assert written(("a", ""), ("b", ""), ("c", ""), error=ZeroDivisionError("oh")) == [
-        "wrote a",
-        "done a",
-        "died of oh",
-    ]
+def test_faults_of_those_who_are_told_are_told_too_and_the_next_is_written() -> None:
+    told: list[str] = []
+
+    def fail(error: object) -> None:
+        raise ZeroDivisionError(f"after {error}")
+
+    async def run() -> None:
+        writer = DiskWriter(fault=lambda error: told.append(str(error)))
+        writer.put(Change(lambda: told.append("wrote a"), done=lambda: fail("a"), failed=lambda e: told.append(str(e))))
+        writer.put(Change(lambda: fail("b"), done=lambda: told.append("done b"), failed=fail))
+        writer.put(Change(lambda: told.append("wrote c"), done=lambda: told.append("done c"), failed=fail))
+        await writer.close()
+
+    asyncio.run(run())
+    assert told == ["wrote a", "after a", "after after b", "wrote c", "done c"]

@@ -32,7 +32,7 @@ def document(tmp_path: Path) -> Document:
 @contextmanager
 def solving() -> Iterator[tuple[SolverThread, queue.Queue[Findings]]]:
     found: queue.Queue[Findings] = queue.Queue()
-    thread = SolverThread(Path, found.put, lambda error: None)
+    thread = SolverThread(Path, found.put)
     try:
         yield thread, found
     finally:

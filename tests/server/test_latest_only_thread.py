@@ -19,7 +19,7 @@ class Work:
         self.may_end = threading.Semaphore(0)
         self.idle: list[bool] = []
         self.rest: float | None = None
-        self.worker = LatestOnlyThread(self.work, name="test")
+        self.worker = LatestOnlyThread(self.work, name="test", failed=self.failed)
 
     def work(self, job: int) -> None:
         self.begun.append(job)
@@ -27,6 +27,9 @@ class Work:
         assert self.may_end.acquire(timeout=30)
         if self.rest is not None:
             self.idle.append(self.worker.idle(self.rest))
+
+    def failed(self, job: int | None, error: BaseException) -> None:
+        raise AssertionError(f"{job} failed") from error
 
 
 @pytest.fixture
@@ -88,23 +91,38 @@ def test_a_rest_in_which_nothing_comes_is_one() -> None:
         found.append(worker.idle(0.001))
         over.set()
 
-    worker = LatestOnlyThread(do, name="test")
+    worker = LatestOnlyThread(do, name="test", failed=lambda job, error: found.append(False))
     worker.submit(1)
     assert over.wait(30)
     worker.close()
     assert found == [True]
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_fault_of_the_works_is_told() -> None:
-    told: list[BaseException] = []
-    worker: LatestOnlyThread[int] = LatestOnlyThread(lambda job: 1 // job, name="test", died=told.append)
-    worker.submit(0)
-    worker._thread.join(30)
-    assert [type(error) for error in told] == [ZeroDivisionError]
-    # It can still be asked, and closed.
-    worker.submit(1)
+def test_a_fault_of_the_works_is_told_and_the_next_is_done() -> None:
+    told: list[tuple[int | None, type[BaseException]]] = []
+    done: list[int] = []
+    over = threading.Event()
+
+    def work(job: int) -> None:
+        done.append(6 // job)
+        over.set()
+
+    worker: LatestOnlyThread[int] = LatestOnlyThread(
+        work, name="test", failed=lambda job, error: (told.append((job, type(error))), over.set())
+    )
+    for job in (0, 2):
+        over.clear()
+        worker.submit(job)
+        assert over.wait(30)
+    over.clear()
+    worker.add(lambda: work(0))
+    assert over.wait(30)
+    over.clear()
+    worker.submit(3)
+    assert over.wait(30)
     worker.close()
+    assert told == [(0, ZeroDivisionError), (None, ZeroDivisionError)]
+    assert done == [3, 2]
 
 
 def test_what_was_not_begun_when_it_closes_is_not_done(work) -> None:

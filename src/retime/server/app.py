@@ -28,6 +28,7 @@ from retime.server.guard import BodyTooLarge, Guard
 from retime.server.message_coding import read_message, write_message
 from retime.server.outbox import Outbox
 from retime.server.shared_document import SharedDocument, welcome
+from retime.server.unexpected import words_for_page
 
 # Of one message of the page's: a document is a few thousand bytes.
 MAX_MESSAGE = 4 << 20
@@ -95,6 +96,8 @@ class Editor:
             return PlainTextResponse(str(error), 415)
         except OSError as error:
             return PlainTextResponse(error.strerror or "it can't be written", 507)
+        except Exception as error:
+            return PlainTextResponse(words_for_page(error), 500)
         return JSONResponse({"path": str(place)})
 
     async def _socket(self, socket: WebSocket) -> None:
@@ -112,7 +115,7 @@ class Editor:
                 text = await socket.receive_text()
                 try:
                     message = read_message(text)
-                except FormatError as error:
+                except Exception as error:
                     shared.refuse(page, error)
                 else:
                     shared.handle(page, message)
@@ -149,6 +152,8 @@ async def _send_all(socket: WebSocket, page: Outbox) -> None:
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):
         while True:
             payload = await page.get()
+            # While much waits, only this lets the loop find out that the page has gone; asyncio logs every later send.
+            await asyncio.sleep(0)
             if isinstance(payload, str):
                 await socket.send_text(payload)
             else:

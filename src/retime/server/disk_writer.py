@@ -6,8 +6,6 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from retime.errors import RetimeError
-
 
 @dataclass(frozen=True)
 class Change:
@@ -20,7 +18,7 @@ class Change:
     done : function
         Called in the event loop once `write` has returned.
     failed : function of an exception
-        Called instead where it raised a RetimeError or an OSError.
+        Called with what either of them raised.
     gesture : str
         Of an edit that is part of a gesture that goes on; a later edit of it may take its place.
     """
@@ -36,16 +34,16 @@ class DiskWriter:
 
     Parameters
     ----------
-    died : function of an exception
-        Called when something else was raised, a fault of retime's: nothing is written from then on.
+    fault : function of an exception
+        Called with what a change's `failed` raised.
     """
 
-    def __init__(self, died: Callable[[BaseException], None]) -> None:
+    def __init__(self, fault: Callable[[Exception], None]) -> None:
+        self._fault = fault
         self._waiting: list[Change] = []
         self._changed = asyncio.Event()
         self._open = True
         self._task = asyncio.create_task(self._write_all())
-        self._task.add_done_callback(lambda task: self._ended(task, died))
 
     def put(self, change: Change) -> None:
         """Have a change written after those that wait."""
@@ -71,15 +69,15 @@ class DiskWriter:
                 self._changed.clear()
                 await self._changed.wait()
             change = self._waiting.pop(0)
+            # Whatever is raised, the changes that come after are written.
             try:
                 await asyncio.to_thread(change.write)
-            except (RetimeError, OSError) as error:
-                change.failed(error)
-            else:
                 change.done()
+            except Exception as error:
+                self._fail(change, error)
 
-    @staticmethod
-    def _ended(task: asyncio.Task[None], died: Callable[[BaseException], None]) -> None:
-        error = None if task.cancelled() else task.exception()
-        if error is not None:
-            died(error)
+    def _fail(self, change: Change, error: Exception) -> None:
+        try:
+            change.failed(error)
+        except Exception as another:
+            self._fault(another)

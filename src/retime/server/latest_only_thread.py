@@ -20,18 +20,19 @@ class LatestOnlyThread(Generic[Job]):
     Parameters
     ----------
     work : function of a job
-        Called in the thread. It must not raise: what goes wrong is a result too.
+        Called in the thread.
     name : str
         Of the thread.
-    died : function of an exception, optional
-        Called in the thread when `work` or an errand raises after all; nothing is done from then on.
+    failed : function of a job and an exception
+        Called in the thread with whatever `work` raised, and with None and whatever an errand raised. The thread goes
+        on: one job that can't be done says nothing of the next.
     """
 
     def __init__(
-        self, work: Callable[[Job], None], *, name: str, died: Callable[[BaseException], None] | None = None
+        self, work: Callable[[Job], None], *, name: str, failed: Callable[[Job | None, BaseException], None]
     ) -> None:
         self._work = work
-        self._died = died
+        self._failed = failed
         self._latest: Job | None = None
         self._errands: deque[Callable[[], None]] = deque()
         self._changed = threading.Condition()
@@ -46,7 +47,7 @@ class LatestOnlyThread(Generic[Job]):
             self._changed.notify()
 
     def add(self, errand: Callable[[], None]) -> None:
-        """Ask for something that is done in any case; it must not raise."""
+        """Ask for something that is done in any case."""
         with self._changed:
             self._errands.append(errand)
             self._changed.notify()
@@ -82,16 +83,8 @@ class LatestOnlyThread(Generic[Job]):
         self._thread.join()
 
     def _run(self) -> None:
-        try:
-            self._work_on()
-        except BaseException as error:
-            # A fault in retime itself: the caller is told, and Python prints all of it when the thread ends.
-            if self._died is not None:
-                self._died(error)
-            raise
-
-    def _work_on(self) -> None:
         while True:
+            job = None
             with self._changed:
                 while self._open and self._latest is None and not self._errands:
                     self._changed.wait()
@@ -100,7 +93,11 @@ class LatestOnlyThread(Generic[Job]):
                 errand = self._errands.popleft() if self._errands else None
                 if errand is None:
                     job, self._latest = self._latest, None
-            if errand is not None:
-                errand()
-            elif job is not None:
-                self._work(job)
+            try:
+                if errand is not None:
+                    errand()
+                elif job is not None:
+                    self._work(job)
+            except BaseException as error:
+                # No interrupt comes here, they are the main thread's.
+                self._failed(job, error)

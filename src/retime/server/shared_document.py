@@ -16,7 +16,7 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from retime.errors import FormatError, OptionError, RetimeError, words_of
+from retime.errors import OptionError
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import MAX_NAME, Document, KeptWarp
 from retime.project.export import check_no_input
@@ -32,6 +32,7 @@ from retime.server.message_coding import write_message
 from retime.server.messages import ServerMessage
 from retime.server.outbox import Outbox
 from retime.server.solver_thread import Findings, Job, SolverThread
+from retime.server.unexpected import words_for_page
 from retime.warp.curve import Warp
 
 
@@ -68,8 +69,8 @@ class SharedDocument:
         self._opening = False
         # What is on the disk.
         self._safe = self._state()
-        self._writer = DiskWriter(died=self._writer_died)
-        self._solver = SolverThread(self._find, found=self._found, died=self._solver_died)
+        self._writer = DiskWriter(fault=self._writer_failed)
+        self._solver = SolverThread(self._find, found=self._found)
         self._ask()
 
     async def close(self) -> None:
@@ -139,13 +140,12 @@ class SharedDocument:
         """Do what a page asks for, or tell it why not."""
         try:
             self._handle(page, message)
-        except (RetimeError, OSError) as error:
-            page.put(messages.Notice("error", words_of(error)))
-            page.put(self._safe)
+        except Exception as error:
+            self.refuse(page, error)
 
-    def refuse(self, page: Outbox, error: FormatError) -> None:
-        """Answer what was sent in place of a message."""
-        page.put(messages.Notice("error", str(error)))
+    def refuse(self, page: Outbox, error: Exception) -> None:
+        """Tell a page why what it asked for is not done, and how the document stands."""
+        page.put(messages.Notice("error", words_for_page(error)))
         page.put(self._safe)
 
     def _handle(self, page: Outbox, message: messages.PageMessage) -> None:
@@ -230,7 +230,7 @@ class SharedDocument:
             self._audience.tell(messages.Ack(state.revision) if gesture else state)
 
         def failed(error: Exception) -> None:
-            words = f"the autosave can't be written, so this edit is not safe: {words_of(error)}"
+            words = f"the autosave can't be written, so this edit is not safe: {words_for_page(error)}"
             self._audience.tell(messages.Notice("error", words))
 
         self._writer.put(Change(lambda: write(history, warps), done, failed, gesture))
@@ -252,7 +252,7 @@ class SharedDocument:
             self._audience.tell(messages.Saved(str(place)), self._safe)
 
         def failed(error: Exception) -> None:
-            page.put(messages.Notice("error", f"not saved: {words_of(error)}"))
+            page.put(messages.Notice("error", f"not saved: {words_for_page(error)}"))
 
         self._writer.put(
             Change(lambda: workspace.save(place, history, warps, overwrite=message.overwrite), done, failed)
@@ -290,7 +290,7 @@ class SharedDocument:
 
         def failed(error: Exception) -> None:
             self._opening = False
-            page.put(messages.Notice("error", f"not opened: {words_of(error)}"))
+            page.put(messages.Notice("error", f"not opened: {words_for_page(error)}"))
 
         self._writer.put(Change(opened, done, failed))
 
@@ -342,12 +342,5 @@ class SharedDocument:
             # The loop is closed already: the program is ending.
             self._loop.call_soon_threadsafe(publish)
 
-    def _solver_died(self, error: BaseException) -> None:
-        words = f"a fault in retime ended the search ({error!r}): save, and start the editor again"
-        with contextlib.suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(self._answered.set)
-            self._loop.call_soon_threadsafe(self._audience.tell, messages.Notice("error", words))
-
-    def _writer_died(self, error: BaseException) -> None:
-        words = f"a fault in retime ended the autosave ({error!r}): what you do now is not safe"
-        self._audience.tell(messages.Notice("error", words))
+    def _writer_failed(self, error: Exception) -> None:
+        self._audience.tell(messages.Notice("error", words_for_page(error)))

@@ -10,17 +10,18 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from retime.errors import OptionError, RetimeError, RetimeWarning, words_of
+from retime.errors import OptionError, RetimeError, RetimeWarning
 from retime.progress import watching
 from retime.project.document import Document
 from retime.project.export import check_no_input, export_motion, export_warp
-from retime.project.faults import fault_of
+from retime.project.faults import Fault, fault_of
 from retime.project.reader import Find, Sources
 from retime.project.solve import DocumentSolver, Solution
 from retime.server import messages
 from retime.server.drawn_messages import clip_messages, curve_message, why_message
 from retime.server.latest_only_thread import LatestOnlyThread
 from retime.server.messages import ServerMessage
+from retime.server.unexpected import words_for_page
 
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
 _REST = 0.2
@@ -79,22 +80,18 @@ class SolverThread:
         Returns the path of a file, or refuses it. Called in the thread, as the others are.
     found : function of Findings
         Called with all that is found.
-    died : function of an exception
-        Called when the thread ended by a fault of retime's.
     """
 
-    def __init__(self, find: Find, found: Callable[[Findings], None], died: Callable[[BaseException], None]) -> None:
+    def __init__(self, find: Find, found: Callable[[Findings], None]) -> None:
         self._solver = DocumentSolver(find)
         self._found = found
         # The document whose files the pages were shown last, and what those files held.
         self._shown: tuple[int, Sources] | None = None
         self._good: tuple[int, Solution] | None = None
-        # The error of the revision that could not be solved; and the one that ended the thread, if it has ended.
-        self._bad: tuple[int, Exception] | None = None
-        self._dead: BaseException | None = None
-        self._died = died
+        # The error of the revision that could not be solved.
+        self._bad: tuple[int, BaseException] | None = None
         self._cancelled = False
-        self._worker = LatestOnlyThread(self._solve, name="retime-solver", died=self._end)
+        self._worker = LatestOnlyThread(self._solve, name="retime-solver", failed=self._fail)
 
     @property
     def good(self) -> tuple[int, Solution] | None:
@@ -107,8 +104,6 @@ class SolverThread:
             return self._good[1]
         if self._bad is not None and self._bad[0] == revision:
             raise self._bad[1]
-        if self._dead is not None:
-            raise RuntimeError("a fault in retime ended the search") from self._dead
         return None
 
     def ask(self, job: Job) -> None:
@@ -132,8 +127,8 @@ class SolverThread:
             try:
                 with _warnings_told(say):
                     self._write_export(message, document, place)
-            except (RetimeError, OSError, MemoryError) as error:
-                say(messages.Notice("error", f"not exported: {words_of(error)}"))
+            except Exception as error:
+                say(messages.Notice("error", f"not exported: {words_for_page(error)}"))
             else:
                 say(messages.Exported(message.what, str(place)))
 
@@ -168,19 +163,35 @@ class SolverThread:
             return
         except (RetimeError, OSError, MemoryError) as error:
             last = self._good
-            fault = fault_of(error, job.document, None if last is None else last[1].document)
-            self._bad = job.revision, error
-            problem = messages.Problem(job.revision, words_of(error), **dataclasses.asdict(fault))
-            self._tell(job, {"problem": problem})
+            self._refuse(job, error, fault_of(error, job.document, None if last is None else last[1].document))
             return
         self._good = job.revision, solution
         self._tell(job, {"curve": curve_message(job.revision, solution, 1000 * (time.perf_counter() - begin))})
-        if self._worker.idle(_REST) and (why := why_message(job.revision, solution)) is not None:
-            self._tell(job, {"why": why})
+        if self._worker.idle(_REST):
+            self._explain(job, solution)
 
-    def _end(self, error: BaseException) -> None:
-        self._dead = error
-        self._died(error)
+    def _explain(self, job: Job, solution: Solution) -> None:
+        try:
+            why = why_message(job.revision, solution)
+        except Exception as error:
+            # The curve stands, whatever can be said of it.
+            text = f"this curve can't be explained: {words_for_page(error)}"
+            self._tell(job, {f"notice {text}": messages.Notice("error", text)})
+        else:
+            if why is not None:
+                self._tell(job, {"why": why})
+
+    def _fail(self, job: Job | None, error: BaseException) -> None:
+        """Tell of what nobody expected."""
+        # An errand tells by itself what it raises.
+        if job is not None:
+            self._refuse(job, error, Fault())
+
+    def _refuse(self, job: Job, error: BaseException, fault: Fault) -> None:
+        """Tell why a document can't be solved, or its curve not be shown, and what of it is at fault."""
+        self._bad = job.revision, error
+        problem = messages.Problem(job.revision, words_for_page(error), **dataclasses.asdict(fault))
+        self._tell(job, {"problem": problem})
 
     def _read(self, job: Job) -> None:
         """Read a document's files, and tell the pages those that they have not been told."""
