@@ -178,3 +178,29 @@ def test_a_bad_number_far_into_a_long_file(tmp_path: Path) -> None:
     with pytest.warns(FormatWarning, match="3979 whole frames were kept"):
         motion = read_amc(tmp_path / "a.amc", skeleton=ARM, repair=True)
     assert (motion.n_frames, motion.first_frame) == (3979, 11)
+
+
+def test_repair_parts_numbers_that_run_together(tmp_path: Path) -> None:
+    text = (AMC / "broken/run_together.amc").read_text()
+    (tmp_path / "apart.amc").write_text(text.replace("11.0-21", "11.0 -21"))
+    with pytest.warns(FormatWarning, match=r"parted in 1 place; first .*run_together.amc:10.*run together"):
+        motion = read_amc(AMC / "broken/run_together.amc", skeleton=ARM, repair=True)
+    apart = read_amc(tmp_path / "apart.amc", skeleton=ARM)
+    np.testing.assert_array_equal(motion.rotations, apart.rotations)
+
+
+def test_numbers_that_would_be_too_many_are_not_parted(tmp_path: Path) -> None:
+    text = (AMC / "broken/run_together.amc").read_text()
+    (tmp_path / "glued.amc").write_text(text.replace("11.0-21", "11.0-21-3"))
+    with pytest.warns(FormatWarning, match="1 whole frames were kept.*run together"):
+        motion = read_amc(tmp_path / "glued.amc", skeleton=ARM, repair=True)
+    assert motion.n_frames == 1
+
+
+@pytest.mark.parametrize("end", [b"\x1a", bytes(50), b"\r\n\x1a\0\0\n"])
+def test_padding_at_the_end_is_no_damage(tmp_path: Path, plain: Motion, end: bytes) -> None:
+    (tmp_path / "arm.asf").write_bytes(ARM.read_bytes() + end)
+    (tmp_path / "arm.amc").write_bytes((AMC / "plain.amc").read_bytes().rstrip() + end)
+    padded = read_amc(tmp_path / "arm.amc")
+    np.testing.assert_array_equal(padded.rotations, plain.rotations)
+    np.testing.assert_array_equal(padded.local_translations, plain.local_translations)

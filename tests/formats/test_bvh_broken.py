@@ -299,7 +299,7 @@ def test_repair_keeps_what_is_whole_and_says_so(name: str, n_frames: int, messag
     assert motion.n_frames == n_frames
 
 
-@pytest.mark.parametrize("name", ["01_empty", "03_cut_in_hierarchy", "03_cut_before_rows", "04_short_row", "12_glued"])
+@pytest.mark.parametrize("name", ["01_empty", "03_cut_in_hierarchy", "03_cut_before_rows", "04_short_row"])
 def test_repair_needs_a_whole_frame(name: str) -> None:
     with pytest.raises(FormatError):
         read(DATA / f"broken_{name}.bvh", repair=True)
@@ -319,3 +319,65 @@ def test_a_folder_is_not_a_motion(tmp_path: Path) -> None:
     (tmp_path / "folder.bvh").mkdir()
     with pytest.raises(FormatError, match="this is a folder, not a file"):
         read(tmp_path / "folder.bvh")
+
+
+TWO_FRAMES = (
+    "HIERARCHY\nROOT r\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n}\n"
+    "MOTION\nFrames: 2\nFrame Time: 0.1\n"
+)
+
+
+@pytest.mark.parametrize(
+    "end", ["\x1a", "\n\x1a", "\0" * 100, "\n" + "\0" * 7, "\r\n\x1a\r\n", "\x1a\0\0\n", "\n\n\x1a \x1a\n"]
+)
+def test_padding_after_the_last_frame_is_no_damage(tmp_path: Path, end: str) -> None:
+    path = tmp_path / "padded.bvh"
+    path.write_bytes(f"{TWO_FRAMES}1 2 3\n4 5 6.5{end}".encode())
+    assert read(path).local_translations[:, 0].tolist() == [[1, 2, 3], [4, 5, 6.5]]
+
+
+@pytest.mark.parametrize("rest", ["1 2 3\n4 5\x1a", "1 2 3\n\x1a4 5 6", "1 2 3\n\0\0\n4 5 6", "1 2 3\n4 5 6\x1a0"])
+def test_padding_hides_no_damage(tmp_path: Path, rest: str) -> None:
+    refuse(tmp_path, TWO_FRAMES + rest)
+
+
+def test_a_file_of_zeros_alone_is_no_motion(tmp_path: Path) -> None:
+    (tmp_path / "zeros.bvh").write_bytes(bytes(100))
+    with pytest.raises(FormatError, match="expected HIERARCHY"):
+        read(tmp_path / "zeros.bvh")
+
+
+@pytest.mark.parametrize(
+    ("rest", "frames", "said"),
+    [
+        ("1 0.0-7.5\n4 5 6\n", [[1, 0, -7.5], [4, 5, 6]], ":10: frame 0, .*run together.* in 1 frame"),
+        ("1 2 3\n-4-5+6\n", [[1, 2, 3], [-4, -5, 6]], ":11: frame 1, .*run together.* in 1 frame"),
+        ("1e-2-3 4\n1-2-3\n", [[0.01, -3, 4], [1, -2, -3]], ":10: frame 0, .*run together.* in 2 frames"),
+        ("1-2\n3\n4 5 6\n", [[1, -2, 3], [4, 5, 6]], ":10: frame 0, .*run together.* in 1 frame"),
+    ],
+)
+def test_repair_parts_numbers_that_run_together(
+    tmp_path: Path, rest: str, frames: list[list[float]], said: str
+) -> None:
+    refuse(tmp_path, TWO_FRAMES + rest)
+    (tmp_path / "glued.bvh").write_text(TWO_FRAMES + rest)
+    with pytest.warns(FormatWarning, match=said) as caught:
+        motion = read(tmp_path / "glued.bvh", repair=True)
+    assert len(caught) == 1
+    assert motion.local_translations[:, 0].tolist() == frames
+
+
+@pytest.mark.parametrize("rest", ["1 2 3-4\n", "1-2\n3 4 5\n", "1-2\n"])
+def test_numbers_that_would_be_too_many_or_too_few_are_not_parted(tmp_path: Path, rest: str) -> None:
+    (tmp_path / "glued.bvh").write_text(f"{TWO_FRAMES}7 8 9\n{rest}")
+    with pytest.warns(FormatWarning, match=r":11:\d: frame 1, .*run together|:11: frame 1, .*run together") as caught:
+        motion = read(tmp_path / "glued.bvh", repair=True)
+    assert len(caught) == 1
+    assert motion.local_translations[:, 0].tolist() == [[7, 8, 9]]
+
+
+def test_parted_numbers_keep_a_decimal_comma(tmp_path: Path) -> None:
+    (tmp_path / "glued.bvh").write_text(TWO_FRAMES.replace("0.1", "0,1") + "1 0,5-7,25\n4 5 6\n")
+    with pytest.warns(FormatWarning, match="run together"):
+        motion = read(tmp_path / "glued.bvh", repair=True, decimal_comma=True)
+    assert motion.local_translations[0, 0].tolist() == [1, 0.5, -7.25]

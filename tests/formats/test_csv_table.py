@@ -431,3 +431,11 @@ def test_channels_are_told_what_they_hold(tmp_path: Path) -> None:
         read(tmp_path / "a.csv", kinds={"c": "label"})
     with pytest.raises(OptionError, match="channel 'said' holds text, which can only be a label"):
         read(tmp_path / "a.csv", kinds={"said": "linear"})
+
+
+@pytest.mark.parametrize("end", ["\x1a", "\n\x1a", "\0" * 100, "\r\n\x1a\0\n"])
+def test_padding_at_the_end_is_no_damage(tmp_path: Path, end: str) -> None:
+    signal = table(tmp_path, f"t,x\n0.0,1\n0.1,2\n0.2,4{end}")
+    assert (signal.rate, signal.values[:, 0].tolist()) == (10, [1, 2, 4])
+    with pytest.raises(FormatError):
+        table(tmp_path, f"t,x\n0.0,1\n0.1,2{end}\n0.2,4\n")

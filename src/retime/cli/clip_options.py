@@ -211,7 +211,7 @@ _OPTIONS = (
         cls=Option,
         section="Input",
         is_flag=True,
-        help="Keep the undamaged part of a damaged file, with a warning.",
+        help="Keep the undamaged part of a damaged file, and part numbers that run together (0.0-7.5), with a warning.",
     ),
     click.option(
         "--decimal-comma", cls=Option, section="Input", is_flag=True, help="Numbers are written with a comma (0,5)."

@@ -22,7 +22,7 @@ from retime.formats.amc_writer import write
 from retime.formats.asf import Asf, axis_of, compose_turns, find_asf, refuse_other_kinds, split_channels
 from retime.formats.asf_reader import parse_asf
 from retime.formats.read_options import ReadOptions
-from retime.formats.text_lines import without_byte_order_mark
+from retime.formats.text_lines import without_byte_order_mark, without_end_padding
 from retime.motion import rotation
 from retime.motion.motion import Motion
 
@@ -68,7 +68,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     FormatWarning
         The rate was assumed, joints were left out of frames, or a damaged end was cut (``options.repair``).
     """
-    data = without_byte_order_mark(path, data)
+    data = without_end_padding(without_byte_order_mark(path, data))
     refuse_other_kinds(path, data, "an AMC motion")
     asf_path = options.skeleton
     if asf_path is None:

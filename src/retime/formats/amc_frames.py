@@ -15,7 +15,7 @@ from retime.errors import FormatError, OptionError
 from retime.formats.amc_declaration import RATE_COMMENT
 from retime.formats.asf import Asf
 from retime.formats.number_rows import parse_rows
-from retime.formats.number_text import NumberTextError, parse_count, parse_number, parse_numbers, show
+from retime.formats.number_text import NumberTextError, parse_count, parse_number, parse_numbers, part_glued, show
 from retime.formats.read_options import ReadOptions
 from retime.motion.rate import parse_rate
 
@@ -88,6 +88,9 @@ class FrameReader:
         self.record: dict[int, tuple[int, list[bytes]]] = {}
         self.previous: dict[int, list[bytes]] = {}
         self.left_out: dict[int, int] = {}
+        # Joints' values that ran together and were parted, and where the first stand.
+        self.n_glued = 0
+        self.first_glued: FormatError | None = None
         self.words: list[bytes] = []
         self.piece: list[tuple[int, dict[int, tuple[int, list[bytes]]]]] = []
 
@@ -107,6 +110,9 @@ class FrameReader:
             if not self.options.repair or self.n_frames == 0:
                 raise
             self.notes.append(f"{self.n_frames} whole frames were kept; then {error}")
+        if self.first_glued is not None:
+            times = f"{self.n_glued} place{'s' * (self.n_glued != 1)}"
+            self.notes.append(f"numbers that ran together were parted in {times}; first {self.first_glued}")
         if self.left_out:
             shown = ", ".join(self.asf.skeleton.names[joint] for joint in list(self.left_out)[:5])
             more = ", ..." if len(self.left_out) > 5 else ""
@@ -138,7 +144,7 @@ class FrameReader:
                 joint = self.alike.get(name.lower())
             if joint is not None and self.number >= 0:
                 if len(values) != wanted:
-                    raise self._wrong_count(last)
+                    self._part_glued(last)
                 if joint in self.record:
                     first = self.record[joint][0]
                     raise self._error(number, f"frame {self.number} gives {show(name)} twice; first in line {first}")
@@ -147,7 +153,7 @@ class FrameReader:
                 last, values, wanted = joint, words, self.counts[joint]
             elif self._is_frame(words, len(values) == wanted):
                 if len(values) != wanted:
-                    raise self._wrong_count(last)
+                    self._part_glued(last)
                 self._start_frame(number, words[0])
                 last, values, wanted = -1, [], 0
             elif self.number < 0:
@@ -162,7 +168,7 @@ class FrameReader:
         if self.number < 0:
             raise self._error(number, "the file ends without a frame; expected a frame number")
         if len(values) != wanted:
-            raise self._wrong_count(last)
+            self._part_glued(last)
         self._finish_frame(number)
         self._parse_piece()
 
@@ -251,6 +257,17 @@ class FrameReader:
         for joint in missing:
             self.left_out[joint] = self.left_out.get(joint, 0) + 1
             self.record[joint] = (self.line, self.previous.get(joint, [b"0"] * self.counts[joint]))
+
+    def _part_glued(self, joint: int) -> None:
+        """Part values that run together, for a repair, where their count is right then; else raise FormatError."""
+        _, words = self.record[joint]
+        wrong = self._wrong_count(joint)
+        parted = part_glued(b" ".join(words), decimal_comma=self.options.decimal_comma).split()
+        if not self.options.repair or len(parted) != self.counts[joint]:
+            raise wrong
+        words[:] = parted
+        self.first_glued = self.first_glued or wrong
+        self.n_glued += 1
 
     def _wrong_count(self, joint: int) -> FormatError:
         line, words = self.record[joint]

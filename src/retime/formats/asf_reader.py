@@ -15,7 +15,7 @@ from retime.errors import FormatError
 from retime.formats.asf import ROOT, Asf, refuse_other_kinds
 from retime.formats.number_text import NumberTextError, parse_number, show
 from retime.formats.read_options import Limits
-from retime.formats.text_lines import without_byte_order_mark
+from retime.formats.text_lines import without_byte_order_mark, without_end_padding
 from retime.motion import rotation
 from retime.motion.size import within_size
 from retime.motion.skeleton import EndSite, Skeleton
@@ -60,7 +60,7 @@ def parse_asf(path: Path, data: bytes, limits: Limits) -> Asf:
     FormatError
         Anything that is not an ASF, with its line.
     """
-    data = without_byte_order_mark(path, data)
+    data = without_end_padding(without_byte_order_mark(path, data))
     refuse_other_kinds(path, data, "an ASF skeleton")
     return _Parser(path, data, limits).asf()
 

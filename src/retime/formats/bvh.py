@@ -30,7 +30,7 @@ from retime.formats.bvh_frames import Frames, parse_frames
 from retime.formats.bvh_hierarchy import CHANNELS, Hierarchy, parse_hierarchy
 from retime.formats.number_text import format_table
 from retime.formats.read_options import ReadOptions
-from retime.formats.text_lines import Lines, without_byte_order_mark
+from retime.formats.text_lines import Lines, without_byte_order_mark, without_end_padding
 from retime.motion import rotation
 from retime.motion.any_motion import AnyMotion
 from retime.motion.euler import angle_between, fit_angles
@@ -89,7 +89,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     FormatWarning
         The file holds more frames than it says, or one less; with ``options.repair``, frames were dropped.
     """
-    lines = Lines(without_byte_order_mark(path, data), path, options.limits)
+    lines = Lines(without_end_padding(without_byte_order_mark(path, data)), path, options.limits)
     hierarchy = parse_hierarchy(lines, options)
     if hierarchy.encoding != "utf-8":
         _warn(path, "the joint names are not UTF-8; read as Latin-1")

@@ -21,6 +21,7 @@ from retime.formats.number_text import (
     parse_count,
     parse_number,
     parse_numbers,
+    part_glued,
     show,
 )
 from retime.formats.read_options import ReadOptions
@@ -67,7 +68,8 @@ def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions) -> Fr
     Warns
     -----
     FormatWarning
-        The file holds another count of frames than it says; with ``options.repair``, frames were dropped.
+        The file holds another count of frames than it says; with ``options.repair``, frames were dropped, or
+        numbers that ran together were parted.
     """
     claimed = _frame_count(lines)
     table = _Table(lines, hierarchy, options, claimed)
@@ -153,6 +155,10 @@ class _Table:
         # The values of a frame that is not whole yet, and the line where it begins.
         self.begun: list[float] = []
         self.begun_line = 0
+        # Numbers of that frame that ran together and were parted; the first such place, and the frames that came of it.
+        self.glued: _Damage | None = None
+        self.first_glued: _Damage | None = None
+        self.n_glued = 0
 
     def parse(self) -> FloatArray:
         if self.n_channels == 0:
@@ -165,6 +171,9 @@ class _Table:
             self._refuse_or_repair(damage)
         else:
             self._compare_counts()
+        if self.first_glued is not None:
+            frames = f"{self.n_glued} frame{'s' * (self.n_glued != 1)}"
+            self._warn(f"{self.first_glued.problem} They were parted, in {frames}.", self.first_glued.line)
         n_joints = len(self.hierarchy.names)
         if self.n_frames * n_joints > self.limits.joint_poses:
             self._fail(
@@ -231,7 +240,7 @@ class _Table:
                 self._fail(f"more than {self.limits.frames} there (Limits.frames)")
             position = stop
         if self.begun:
-            raise self._cut(len(self.begun))
+            raise self.glued or self._cut(len(self.begun))
 
     def _check_lengths(self, text: bytes) -> None:
         longest = self.limits.line_bytes
@@ -245,24 +254,42 @@ class _Table:
         try:
             for i, row in enumerate(rows):
                 self.line += 1
-                try:
-                    values = parse_numbers(row, decimal_comma=self.options.decimal_comma)
-                except NumberTextError as error:
-                    raise self._not_a_number(row, error, ends_file=ends_file and i == len(rows) - 1) from None
+                values = self._numbers(row, ends_file=ends_file and i == len(rows) - 1)
                 if not values:
                     continue
                 if not self.begun:
                     self.begun_line = self.line
                 if len(self.begun) + len(values) > self.n_channels:
-                    raise self._miscounted(len(self.begun) or len(values))
+                    raise self.glued or self._miscounted(len(self.begun) or len(values))
                 self.begun += values
                 if len(self.begun) == self.n_channels:
                     frames.append(self.begun)
                     self.n_frames += 1
                     self.begun = []
+                    if self.glued is not None:
+                        self.first_glued = self.first_glued or self.glued
+                        self.n_glued += 1
+                        self.glued = None
         finally:
             if frames:
                 self.blocks.append(np.array(frames))
+
+    def _numbers(self, row: bytes, *, ends_file: bool) -> list[float]:
+        """Parse one line; for a repair, part numbers that run together; the frame's count tells if that is right."""
+        comma = self.options.decimal_comma
+        try:
+            return parse_numbers(row, decimal_comma=comma)
+        except NumberTextError as error:
+            damage = self._not_a_number(row, error, ends_file=ends_file)
+        parted = part_glued(row, decimal_comma=comma) if self.options.repair else row
+        if parted == row:
+            raise damage
+        try:
+            values = parse_numbers(parted, decimal_comma=comma)
+        except NumberTextError:
+            raise damage from None
+        self.glued = self.glued or damage
+        return values
 
     def _not_a_number(self, row: bytes, error: NumberTextError, *, ends_file: bool) -> _Damage:
         index = len(self.begun) + error.index

@@ -31,7 +31,7 @@ from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_rows import parse_rows
 from retime.formats.number_text import NumberTextError, parse_number
 from retime.formats.read_options import ReadOptions
-from retime.formats.text_lines import without_byte_order_mark
+from retime.formats.text_lines import without_byte_order_mark, without_end_padding
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import ChannelKind, text_label
 from retime.motion.rate import rate_from_step
@@ -86,7 +86,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     (('x',), Fraction(25, 1), [1.0, 3.0, 4.0])
     """
     kind = foreign_kind(data)
-    data = without_byte_order_mark(path, data)
+    data = without_end_padding(without_byte_order_mark(path, data))
     try:
         zero = data.find(b"\0")
         if zero >= 0:

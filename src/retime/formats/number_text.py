@@ -21,6 +21,8 @@ from retime.motion.size import LARGEST
 _UNSIGNED = rb"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _NUMBER = re.compile(rb"[+-]?" + _UNSIGNED)
 _RUN_TOGETHER = re.compile(rb"[+-]?" + _UNSIGNED + rb"(?:[+-]" + _UNSIGNED + rb")+")
+# A sign that stands after a digit or a point; after an e it would be the exponent's.
+_NEXT_NUMBER = re.compile(rb"(?<=[0-9.,])[+-]")
 _WITH_COMMA = re.compile(rb"[+-]?[0-9]*,[0-9]+(?:[eE][+-]?[0-9]+)?")
 _NOT_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity|[0-9]\.#\w+)", re.IGNORECASE)
 _COUNT = re.compile(rb"\+?[0-9]+")
@@ -161,6 +163,25 @@ def parse_numbers(text: bytes, *, decimal_comma: bool = False) -> list[float]:
         except NumberTextError as error:
             raise NumberTextError(error.problem, offset=match.start(), index=len(values)) from None
     return values
+
+
+def part_glued(text: bytes, *, decimal_comma: bool = False) -> bytes:
+    """Put white space between numbers that run together, where a sign begins the next one; leave all else alone.
+
+    Whether they were two numbers is the caller's to tell, by how many it expects.
+
+    Examples
+    --------
+    >>> part_glued(b"1 0.0-7.5 2e-3-4 x-1")
+    b'1 0.0 -7.5 2e-3 -4 x-1'
+    """
+
+    def parted(match: re.Match[bytes]) -> bytes:
+        token = match[0]
+        plain = token.replace(b",", b".") if decimal_comma else token
+        return _NEXT_NUMBER.sub(rb" \g<0>", token) if _RUN_TOGETHER.fullmatch(plain) else token
+
+    return _TOKEN.sub(parted, text)
 
 
 def format_table(values: FloatArray) -> bytes:

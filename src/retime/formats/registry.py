@@ -129,7 +129,8 @@ def read(
     skeleton : path-like, optional
         The ASF of an AMC, where it can't be found beside it.
     repair : bool
-        Keep what is whole of a damaged file, with a warning.
+        Keep what is whole of a damaged file, and part numbers that run together (``0.0-7.5``) where their count is
+        right then, with a warning.
     decimal_comma : bool
         Numbers are written with a comma.
     up : {"y", "z"}, optional

@@ -13,6 +13,8 @@ from retime.formats.read_options import Limits
 LINE_END = re.compile(rb"\r\n?|\n")
 _TOKEN = re.compile(rb"[^ \t\v\f]+")
 _NOT_BLANK = re.compile(rb"[^ \t\r\n\v\f]")
+_BLANKS = b" \t\r\n\v\f"
+_PADDING = b"\0\x1a"
 _UTF16 = ((codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 
 
@@ -46,6 +48,23 @@ def without_byte_order_mark(path: str | PathLike[str], data: bytes) -> bytes:
             except UnicodeError:
                 raise FormatError("begins like UTF-16 text, but can't be decoded as such", path=path) from None
     return data
+
+
+def without_end_padding(data: bytes) -> bytes:
+    r"""Return a text file's bytes without what some writers fill up its end with: zeros, DOS's sign of an end (^Z).
+
+    What stands before is left as it is, and so is a file of nothing else, or one where a value is missing there.
+
+    Examples
+    --------
+    >>> without_end_padding(b"1 2\n\x1a\0\0\n")
+    b'1 2\n'
+    """
+    text = data.rstrip(_PADDING + _BLANKS)
+    padding = data[len(text) :]
+    blanks = len(padding) - len(padding.lstrip(_BLANKS))
+    # Right after a comma a value was to come.
+    return data[: len(text) + blanks] if text and text[-1:] not in b",;" else data
 
 
 class Lines:
