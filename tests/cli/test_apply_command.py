@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import shutil
 
 import numpy as np
@@ -142,3 +143,13 @@ def test_a_broken_warp_is_refused_by_name(run, clips, tmp_path, text, says) -> N
     result = run("apply", "warp.json", clips.bvh, "-o", "x.bvh", code=1)
     assert result.stderr.startswith("error: warp.json")
     assert says in result.stderr
+
+
+def test_what_was_compressed_is_written_plain(run, clips, tmp_path, half) -> None:
+    (tmp_path / "jump.bvh.gz").write_bytes(gzip.compress(clips.bvh.read_bytes()))
+    run("apply", half, "jump.bvh.gz")
+    run("apply", half, clips.bvh, "-o", "plain.bvh")
+    assert (tmp_path / "jump_retimed.bvh").read_bytes() == (tmp_path / "plain.bvh").read_bytes()
+    says = run("apply", half, "jump.bvh.gz", "-o", "out.bvh.gz", code=1).stderr
+    assert "write out.bvh, then compress it (gzip out.bvh)" in says
+    assert not (tmp_path / "out.bvh.gz").exists()

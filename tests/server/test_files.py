@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from pathlib import Path
 
@@ -65,3 +66,16 @@ def test_a_page_asks_whether_a_file_may_be_used(served, tmp_path) -> None:
         place, refused = asked(outside)
         assert place == ""
         assert str(refused).endswith(f"type: retime edit jump.bvh --folder {outside.parent}")
+
+
+def test_a_compressed_clip_can_be_dropped_and_opened(served) -> None:
+    data = (served.folder / "leap.bvh").read_bytes()
+    places = []
+    for packed in (gzip.compress(data, mtime=0), gzip.compress(data + b"\n", mtime=0)):
+        answer = served.ask("/drop?name=leap.bvh.gz", method="POST", body=packed, Origin=f"http://{served.host}")
+        places.append(Path(json.loads(answer.body)["path"]))
+    assert [place.name for place in places] == ["leap.bvh.gz", "leap-2.bvh.gz"]
+    with served.ready_page() as page:
+        page.say("open", path=str(places[0]))
+        page.told(opened=1)
+        assert page.until("clip")["name"] == "leap"

@@ -120,4 +120,8 @@ def _places(clips: tuple[Path, ...], output: Path | None, out_dir: Path | None, 
         raise OptionError(f"--suffix is part of a file's name and can't hold a slash; found {suffix!r}")
     if len(set(clips)) < len(clips):
         raise OptionError("a clip is given twice")
-    return {clip: (out_dir or clip.parent) / f"{clip.stem}{suffix}{clip.suffix}" for clip in clips}
+    from retime.formats.compressed import plain_path
+
+    # What was compressed is written as it is.
+    plain = {clip: plain_path(clip) for clip in clips}
+    return {clip: (out_dir or clip.parent) / f"{name.stem}{suffix}{name.suffix}" for clip, name in plain.items()}

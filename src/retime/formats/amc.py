@@ -15,12 +15,12 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning, InvalidMotionError
-from retime.files import read_bytes
 from retime.formats.amc_declaration import ASSUMED_RATE, AsfDeclaration
 from retime.formats.amc_frames import FrameReader
 from retime.formats.amc_writer import write
 from retime.formats.asf import Asf, axis_of, compose_turns, find_asf, refuse_other_kinds, split_channels
 from retime.formats.asf_reader import parse_asf
+from retime.formats.compressed import plain_path, read_plain
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import without_byte_order_mark, without_end_padding
 from retime.motion import rotation
@@ -72,10 +72,10 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     refuse_other_kinds(path, data, "an AMC motion")
     asf_path = options.skeleton
     if asf_path is None:
-        asf_path, searched = find_asf(path)
+        asf_path, searched = find_asf(plain_path(path))
         if asf_path is None:
             raise FormatError(f"its ASF skeleton was not found: {searched}; name it with --skeleton", path=path)
-    asf_data = read_bytes(asf_path, options.limits.file_bytes)
+    asf_data = read_plain(asf_path, options.limits)
     asf = parse_asf(asf_path, asf_data, options.limits)
     for note in asf.notes:
         warnings.warn(f"{asf_path}: {note}", FormatWarning, stacklevel=3)
@@ -96,7 +96,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
         format="amc",
         channels=tuple(tuple(_CHANNEL_NAMES[name] for name in names) for names in asf.channels),
         asf=asf_data,
-        asf_name=asf_path.name,
+        asf_name=plain_path(asf_path).name,
         header=tuple(reader.header),
         degrees=reader.degrees,
         joint_order=tuple(reader.order),

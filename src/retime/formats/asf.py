@@ -21,6 +21,7 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.errors import FormatError
+from retime.formats.compressed import plain_path
 from retime.formats.file_signatures import foreign_kind
 from retime.motion import rotation
 from retime.motion.skeleton import Skeleton
@@ -129,15 +130,18 @@ def find_asf(amc: Path) -> tuple[Path | None, str]:
     """
     stem = amc.stem
     folder = amc.parent
-    there = sorted(entry for entry in folder.iterdir() if entry.suffix.lower() == ".asf" and entry.is_file())
+    there = sorted(
+        entry for entry in folder.iterdir() if plain_path(entry).suffix.lower() == ".asf" and entry.is_file()
+    )
     subject = stem.partition("_")[0]
     for wanted in dict.fromkeys((stem, subject)):
         for entry in there:
-            if entry.stem.casefold() == wanted.casefold():
+            if plain_path(entry).stem.casefold() == wanted.casefold():
                 return entry, ""
     if subject.isascii() and subject.isdigit():
         for entry in there:
-            if entry.stem.isascii() and entry.stem.isdigit() and int(entry.stem) == int(subject):
+            name = plain_path(entry).stem
+            if name.isascii() and name.isdigit() and int(name) == int(subject):
                 return entry, ""
     if len(there) == 1:
         return there[0], ""

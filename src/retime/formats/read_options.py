@@ -38,9 +38,10 @@ class Limits:
     name_bytes : int
         Bytes of a joint's or channel's name.
     zip_ratio : int
-        How many times larger than its compressed bytes a zip member may claim to be.
+        How many times larger than its compressed bytes a zip member may claim to be, and what a compressed file holds
+        may be; up to 1 MiB is taken in any case.
     inflated_bytes : int
-        Bytes of all inflated zip members.
+        Bytes of all inflated zip members, and of what a compressed file holds.
     """
 
     file_bytes: int = MOST_BYTES

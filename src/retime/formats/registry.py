@@ -17,7 +17,7 @@ from typing import Protocol, cast
 from retime.brief import kind_of
 from retime.checks import path_of
 from retime.errors import FormatError, OptionError
-from retime.files import read_bytes
+from retime.formats.compressed import COMPRESSED, is_compressed, plain_path, read_plain, refuse_compressed
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import ChannelKind, KindLike, as_kind, matching
@@ -68,18 +68,20 @@ class FormatModule(Protocol):
 
 
 def format_of(path: str | PathLike[str]) -> Format:
-    """Find a file's format by its name's ending; raise FormatError where none is known."""
-    suffix = Path(path).suffix.lower()
+    """Find a file's format by its name's ending (that before .gz, if any); raise FormatError where none is known."""
+    suffix = plain_path(path).suffix.lower()
     for known in FORMATS:
         if suffix in known.suffixes:
             return known
     endings = ", ".join(suffix for known in FORMATS for suffix in known.suffixes)
     problem = f"no format ends in {suffix!r}" if suffix else "the name has no ending, which would say the format"
-    raise FormatError(f"{problem}; known endings are {endings}", path=path)
+    raise FormatError(
+        f"{problem}; known endings are {endings}; each may be followed by {' or '.join(COMPRESSED)}", path=path
+    )
 
 
 def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:
-    """Refuse a place whose format holds signals for a motion, and the reverse; raise FormatError.
+    """Refuse a place whose format holds signals for a motion, and the reverse, or a compressed file; raise FormatError.
 
     Parameters
     ----------
@@ -91,6 +93,7 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
         The file that it comes from, for the message.
     """
     known = format_of(path)
+    refuse_compressed(path)
     if known.holds != holds:
         endings = " or ".join(suffix for one in FORMATS if one.holds == holds and one.writes for suffix in one.suffixes)
         what = {"motion": "a skeleton that moves", "signal": "columns of numbers"}
@@ -123,7 +126,7 @@ def read(
     Parameters
     ----------
     path : path-like
-        The file; its name's ending says what it is.
+        The file; its name's ending says what it is. It may be compressed: ``walk.bvh.gz``, ``walk.bvh.bz2``.
     rate : str, float or Fraction, optional
         Frames a second, in place of what the file declares.
     skeleton : path-like, optional
@@ -186,9 +189,11 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None) -> AnyM
     """
     known = format_of(path)
     try:
-        clip = _module(known).read(path, read_bytes(path, options.limits.file_bytes), options)
+        clip = _module(known).read(path, read_plain(path, options.limits, repair=options.repair), options)
     except MemoryError:
         raise FormatError("this machine has too little memory for what the file holds", path=path) from None
+    if is_compressed(path):
+        clip = replace(clip, name=plain_path(path).stem)
     return replace(clip, up=up) if up is not None and isinstance(clip, Motion) else clip
 
 

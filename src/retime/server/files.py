@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 from retime.errors import FormatError, OptionError, words_of
+from retime.formats.compressed import COMPRESSED, plain_path
 from retime.formats.registry import FORMATS
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.file import SUFFIX
 from retime.server import messages
 
 # The endings of the files that hold clips.
-OPENS = tuple(suffix for known in FORMATS for suffix in known.suffixes)
+OPENS = tuple(suffix + packed for known in FORMATS for suffix in known.suffixes for packed in ("", *COMPRESSED))
 # What the page may look for, and the endings of the files that hold it.
 _HOLDS = {"clip": (*OPENS, SUFFIX), "skeleton": (".asf",), "joint map": (".json", ".csv")}
 
@@ -47,11 +48,11 @@ def found(places: AllowedPlaces, message: messages.Find) -> messages.Found:
 
 def keep_dropped(name: str, data: bytes, folder: Path) -> Path:
     """Keep a file that was dropped on the page; return its place."""
-    ending = Path(name).suffix.lower()
+    stem = plain_path(name).stem
+    ending = Path(name).name[len(stem) :].lower()
     if ending not in (*OPENS, ".asf", ".json"):
         raise FormatError(f"no format ends in {ending or 'nothing'!r}", path=name)
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    stem = Path(name).stem
     for number in range(1, 10_000):
         place = folder / (name if number == 1 else f"{stem}-{number}{ending}")
         try:
