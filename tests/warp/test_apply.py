@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from fractions import Fraction
 from importlib import resources
@@ -543,3 +544,26 @@ class TestSlip:
             retimed_slip(motion, Warp([0.0, 0.5], [0.0, 1.0]))
         assert len(caught) == 1
         assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize(
+    ("end", "says"),
+    [
+        (1e7, "output of 1e+07 s has 3e+08 frames at 30 frames a second; 10000000 is the most"),
+        (1e300, "3e+301 frames"),
+        (3.2e5, "the output would have 9600001 frames, and take 2.15 GB, where the input has 20 frames"),
+    ],
+)
+def test_an_output_that_no_file_could_hold_is_refused_before_it_is_made(end: float, says: str) -> None:
+    motion = wandering_motion(20, Fraction(30))
+    for warp in (Warp([0.0, end], [0.0, 0.6]), Warp([-end / 2, end / 2], [0.0, 0.6])):
+        begun = time.process_time()
+        with pytest.raises(OptionError) as refused:
+            apply_warp(motion, warp)
+        assert says in str(refused.value)
+        assert time.process_time() - begun < 1
+
+
+def test_an_output_whose_length_overflows_is_refused() -> None:
+    with pytest.raises(OptionError, match="frames at 30 frames a second"):
+        Warp([-1e308, 1e308], [0.0, 1.0]).count_frames(30)

@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from retime.files import MOST_BYTES
+from retime.limits import MOST_FRAMES, MOST_JOINT_POSES
 from retime.motion.channels import ChannelKind
 from retime.motion.gaps import GapPolicy
 
@@ -49,8 +50,8 @@ class Limits:
     depth: int = 256
     joint_channels: int = 9
     channels: int = 16384
-    frames: int = 10_000_000
-    joint_poses: int = 1 << 26
+    frames: int = MOST_FRAMES
+    joint_poses: int = MOST_JOINT_POSES
     line_bytes: int = 16 << 20
     name_bytes: int = 1024
     zip_ratio: int = 200

@@ -13,14 +13,15 @@ import numpy as np
 
 from retime.brief import kind_of
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
+from retime.limits import MOST_SECONDS
 from retime.motion.any_motion import AnyMotion
 from retime.motion.grammar import factor_hint, parse_length, parse_speed, parse_time, read_key
 from retime.warp.keytime import Keytime, check_speed
 
 # A length this many times shorter than the input may have been meant as a factor.
 _HARDLY_MEANT = 8
-# Seconds: no clip is so long, nor does anybody show two frames so close together.
-_LATEST, _CLOSEST = 1e7, 1e-6
+# Seconds: nobody shows two frames so close together.
+_CLOSEST = 1e-6
 
 
 def refuse_single_frame(motion: AnyMotion) -> None:
@@ -179,9 +180,9 @@ def check_keytimes(keytimes: Sequence[Keytime], input_end: float) -> tuple[Keyti
             )
     for key in ordered:
         check_speed(key)
-        if _LATEST < key.output_time < math.inf:
+        if MOST_SECONDS < key.output_time < math.inf:
             raise OptionError(
-                f"an output time of {key.output_time:g} s is asked for; no output is longer than {_LATEST:g} s",
+                f"an output time of {key.output_time:g} s is asked for; no output is longer than {MOST_SECONDS:g} s",
                 option="keys",
                 output_times=(key.output_time,),
             )

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from retime.arrays import FloatArray
 from retime.brief import kind_of
 from retime.errors import OptionError, RetimeWarning
+from retime.limits import MOST_NUMBERS
 from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import Contacts
 from retime.motion.contacts import contacts as find_contacts
@@ -102,7 +103,8 @@ def apply_warp(
     Raises
     ------
     OptionError
-        The contacts are of another number of frames, or something else was passed than is expected.
+        The contacts are of another number of frames, something else was passed than is expected, or the output would
+        be larger than any file may be (`retime.limits`).
 
     Warns
     -----
@@ -152,6 +154,7 @@ def resampled(
     loop: bool,
 ) -> Retimed:
     """Do what `apply_warp` says, without its warnings."""
+    _refuse_too_large(motion, warp)
     output_times = output_frame_times(warp, float(motion.rate))
     input_times = warp(output_times)
     result = motion.at(input_times)
@@ -177,6 +180,19 @@ def resampled(
         translations=translations,
         first_frame=motion.first_frame,
     )
+
+
+def _refuse_too_large(motion: AnyMotion, warp: Warp) -> None:
+    """Refuse an output that no reader would take again, before anything is allocated for it."""
+    frames = warp.count_frames(motion.rate)
+    # A rotation and a place for each joint.
+    numbers = frames * (7 * motion.skeleton.n_joints if isinstance(motion, Motion) else len(motion.names))
+    # What slows down a very long clip is still taken for its own.
+    if numbers > MOST_NUMBERS and frames > 4 * motion.n_frames:
+        raise OptionError(
+            f"the output would have {frames} frames, and take {8 * numbers / 1e9:.3g} GB, where the input has "
+            f"{motion.n_frames} frames; {8 * MOST_NUMBERS / 1e9:.2g} GB are the most. Is it the warp of another clip?"
+        )
 
 
 def compare_ranges(motion: AnyMotion, warp: Warp) -> None:

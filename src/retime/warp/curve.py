@@ -24,6 +24,7 @@ from retime.checks import path_of, real
 from retime.errors import FormatError, InfeasibleWarpError, OptionError, RetimeWarning
 from retime.files import MOST_BYTES, read_bytes, write_bytes
 from retime.frames import frame_positions
+from retime.limits import MOST_FRAMES
 from retime.warp import document
 from retime.warp.keytime import Keytime, KeytimeLike, check_speed, keytimes_of
 from retime.warp.knots import add_times
@@ -189,8 +190,19 @@ class Warp:
         --------
         >>> Warp([0.0, 479 / 60], [0.0, 12.0]).count_frames(60) / 60
         8.0
+
+        Raises
+        ------
+        OptionError
+            More than any clip can have (`retime.limits.MOST_FRAMES`).
         """
-        return max(1, round(self.output_span * float(rate)) + 1)
+        frames = self.output_span * float(rate)
+        if not frames < MOST_FRAMES:
+            raise OptionError(
+                f"the warp's output of {self.output_span:g} s has {frames + 1:.3g} frames at {float(rate):g} frames a "
+                f"second; {MOST_FRAMES} is the most. Is it the warp of another clip?"
+            )
+        return max(1, round(frames) + 1)
 
     @property
     def slopes(self) -> FloatArray:
