@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
 import zlib
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from retime.errors import OptionError
 from retime.project import journal as journals
 from retime.project.history import History
 from retime.project.journal import Edit, Journal, read_journal
@@ -107,3 +109,75 @@ def test_a_journal_of_an_older_program_is_recovered_undo_included(tmp_path) -> N
     assert history.start.options == {}
     assert (history.undo_label, history.present.options) == ("set length", {"length": "65%"})
     assert history.redo().present.options == {"length": "65%", "speed": "0.5..2"}
+
+
+def edited(journal: Journal, history: History, number: int) -> History:
+    edit = Edit(numbered(number), f"to {number}", "", True)
+    history = history.edit(edit.document, label=edit.label)
+    journal.edit(edit, history, {})
+    return history
+
+
+@pytest.mark.parametrize("how", ["removed", "replaced"])
+def test_a_journal_that_was_taken_away_is_written_anew(tmp_path, how) -> None:
+    journal = Journal(tmp_path / "j")
+    journal.begin(History(numbered(0)), {}, "base")
+    history = edited(journal, History(numbered(0)), 1)
+    journal.path.unlink()
+    if how == "replaced":
+        journal.path.write_text("nobody's\n")
+    history = edited(journal, history, 2)
+    assert read_journal(journal.path).history == history
+    journal.save("digest", history, {})
+    assert read_journal(journal.path).saves == (("digest", history.present),)
+    journal.path.unlink()
+    journal.save("later", history, {})
+    assert read_journal(journal.path).saves == (("later", history.present),)
+    journal.close()
+
+
+def test_a_journal_whose_lock_was_removed_takes_it_again(tmp_path) -> None:
+    journal = Journal(tmp_path / "j")
+    journal.begin(History(numbered(0)), {}, "")
+    for place in tmp_path.iterdir():
+        place.unlink()
+    history = edited(journal, History(numbered(0)), 1)
+    with pytest.raises(OptionError, match="another editor"):
+        Journal(tmp_path / "j")
+    assert read_journal(journal.path).history == history
+    journal.close(remove=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("how", ["removed", "renamed"])
+def test_a_journal_whose_folder_is_gone_says_so_and_goes_on_when_it_is_there_again(tmp_path, how) -> None:
+    folder = tmp_path / "work"
+    journal = Journal(folder / "j")
+    journal.begin(History(numbered(0)), {}, "")
+    history = edited(journal, History(numbered(0)), 1)
+    shutil.rmtree(folder) if how == "removed" else folder.rename(tmp_path / "elsewhere")
+    for number in (2, 3):
+        edit = Edit(numbered(number), f"to {number}", "", True)
+        history = history.edit(edit.document, label=edit.label)
+        with pytest.raises(FileNotFoundError, match="the folder is gone"):
+            journal.edit(edit, history, {})
+    folder.mkdir()
+    history = edited(journal, history, 4)
+    assert read_journal(journal.path).history == history
+    journal.close()
+
+
+def test_a_journal_whose_place_another_editor_has_taken_leaves_it_alone(tmp_path) -> None:
+    folder = tmp_path / "work"
+    journal = Journal(folder / "j")
+    journal.begin(History(numbered(0)), {}, "")
+    folder.rename(tmp_path / "elsewhere")
+    other = Journal(folder / "j")
+    other.begin(History(numbered(7)), {}, "")
+    with pytest.raises(OptionError, match="another editor"):
+        edited(journal, History(numbered(0)), 1)
+    journal.close(remove=True)
+    assert read_journal(other.path).history == History(numbered(7))
+    with pytest.raises(OptionError, match="another editor"):
+        Journal(folder / "j")
+    other.close()

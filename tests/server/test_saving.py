@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -117,3 +118,26 @@ def test_a_full_disk_is_told_and_the_next_edit_makes_it_good(served, monkeypatch
         assert (state["document"]["keys"], state["document"]["options"]["length"]) == ([KEY], "80%")
         page.change("undo")
         assert page.told()["undo_label"] == "add key"
+
+
+def test_an_edit_without_its_journal_is_not_called_safe(folder) -> None:
+    state = folder.parent / "state" / "journals"
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.edit(keys=[KEY])
+        page.told()
+        shutil.rmtree(state)
+        page.edit(options={"length": "80%"})
+        assert page.until("notice")["text"] == (
+            f"the autosave can't be written, so this edit is not safe: {state}: the folder is gone"
+        )
+        page.edit(options={"length": "70%"})
+        assert "not safe" in page.until("notice")["text"]
+        assert not [message for message in page.mail if message["type"] in ("state", "ack")]
+        # It is solved all the same; and once the folder is there again, all of it is written.
+        assert page.curve()["type"] == "curve"
+        state.mkdir()
+        page.edit(options={"length": "60%"})
+        page.told()
+    with serving(folder, "jump.bvh") as served, served.page() as page:
+        state = page.until("state")
+    assert (state["document"]["keys"], state["document"]["options"]) == ([KEY], {"length": "60%"})

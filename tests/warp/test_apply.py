@@ -556,7 +556,7 @@ class TestSlip:
 )
 def test_an_output_that_no_file_could_hold_is_refused_before_it_is_made(end: float, says: str) -> None:
     motion = wandering_motion(20, Fraction(30))
-    for warp in (Warp([0.0, end], [0.0, 0.6]), Warp([-end / 2, end / 2], [0.0, 0.6])):
+    for warp in (Warp([0.0, end], [0.0, 19 / 30]), Warp([-end / 2, end / 2], [0.0, 19 / 30])):
         begun = time.process_time()
         with pytest.raises(OptionError) as refused:
             apply_warp(motion, warp)

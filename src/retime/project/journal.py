@@ -2,11 +2,13 @@
 
 A line is on the disk before the page is told that the edit is safe. A line that was cut off when the machine or the
 program died fails its checksum and counts as not written; all before it counts. What can't be written (the disk is
-full) leaves the lines before it as they were, and the next write begins the file anew.
+full) leaves the lines before it as they were, and the next write begins the file anew. A line counts as written only
+if the file still stands where the next editor will look for it: a folder may be removed or renamed under an open file.
 """
 
 from __future__ import annotations
 
+import errno
 import itertools
 import json
 import os
@@ -140,7 +142,8 @@ class Journal:
     """A journal that is written.
 
     As long as it is open, no other editor can open it. Every method takes the history as it is afterwards, and the
-    warps that its documents keep: should the file have to be written anew, that is what it holds.
+    warps that its documents keep: should the file have to be written anew, that is what it holds. Where it can't be
+    written, or its folder is gone, they raise an OSError; where another editor took its place, an OptionError.
 
     Parameters
     ----------
@@ -235,6 +238,7 @@ class Journal:
         self._file, self._size, self._least = file, len(data), len(data)
 
     def _append(self, value: Mapping[str, Any], history: History, warps: Mapping[str, Warp]) -> None:
+        self._hold()
         if self._file is None or self._size > max(_LARGE, 2 * self._least):
             # An earlier edit could not be written; or one long drag has written the same keytime a thousand times.
             self._rewrite(history, warps)
@@ -249,6 +253,22 @@ class Journal:
             self._abandon()
             raise
         self._size += len(line)
+        if not _is_at(self._file, self.path):
+            # Somebody removed it; an open file takes what is written all the same.
+            self._file.close()
+            self._file = None
+            self._append(value, history, warps)
+
+    def _hold(self) -> None:
+        """Make sure that the place is still ours to write."""
+        if _is_at(self._lock, self._lock_path):
+            return
+        folder = self.path.parent
+        if not folder.is_dir():
+            raise FileNotFoundError(errno.ENOENT, "the folder is gone", str(folder))
+        lock = _locked(self._lock_path)
+        self._lock.close()
+        self._lock = lock
 
     def _abandon(self) -> None:
         """Go back to what is whole; the next write begins anew, for what comes after may build on what is missing."""
@@ -265,10 +285,11 @@ class Journal:
         if self._file is not None:
             self._file.close()
             self._file = None
-        if remove:
-            self.path.unlink(missing_ok=True)
         # A lock's file is removed only by who holds it, before letting go.
-        self._lock_path.unlink(missing_ok=True)
+        if _is_at(self._lock, self._lock_path):
+            if remove:
+                self.path.unlink(missing_ok=True)
+            self._lock_path.unlink(missing_ok=True)
         self._lock.close()
 
 
@@ -302,7 +323,7 @@ def _locked(path: Path) -> BinaryIO:
 def _is_at(file: BinaryIO, path: Path) -> bool:
     try:
         return os.path.samestat(os.fstat(file.fileno()), path.stat())
-    except FileNotFoundError:
+    except OSError:
         return False
 
 
