@@ -3,7 +3,7 @@
 Read and write
     `sample` (the clip that ships with retime), `read`, `write`, `read_warp`, `write_warp`, `Limits`
 What moves
-    `Motion`, `Signal`, `ChannelKind`, `Skeleton`, `EndSite`
+    `Motion`, `Signal`, `ChannelKind`, `Skeleton`, `EndSite`; `joint_signal` (a motion's joints as channels)
 Find a warp
     `guided_warp` (the one call most people need), `GuidedWarp`, `Session` (solve again and again),
     `align` (in step with a reference), `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`,
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from retime.formats.warp_file import read_warp, write_warp
     from retime.motion.channels import ChannelKind
     from retime.motion.contacts import Contacts, contacts
+    from retime.motion.joint_signal import joint_signal
     from retime.motion.motion import Motion
     from retime.motion.signal import Signal
     from retime.motion.skeleton import EndSite, Skeleton
@@ -89,6 +90,7 @@ _HOMES = {
     "ChannelKind": "retime.motion.channels",
     "Contacts": "retime.motion.contacts",
     "contacts": "retime.motion.contacts",
+    "joint_signal": "retime.motion.joint_signal",
     "Motion": "retime.motion.motion",
     "Signal": "retime.motion.signal",
     "EndSite": "retime.motion.skeleton",
@@ -144,6 +146,7 @@ __all__ = [
     "contacts",
     "guided_warp",
     "imitate",
+    "joint_signal",
     "linear_warp",
     "plot_warps",
     "read",

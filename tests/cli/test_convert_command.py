@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from retime import read
+from retime import joint_signal, read
+from retime.cli import convert
+from retime.motion.joint_signal import JOINT_SPACES
 from retime.motion.kinematics import global_poses
 
 
@@ -32,10 +34,36 @@ def test_cut_and_rate(run, clips, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("target", ["x.csv", "x.npz"])
-def test_a_motion_is_no_signal(run, clips, target) -> None:
-    says = run("convert", clips.bvh, target, code=1).stderr
-    assert f"{target}: a {target[1:]} file holds a signal, not a motion as {clips.bvh}" in says
-    assert "a motion is written as .bvh or .amc" in says
+def test_a_motion_becomes_a_table(run, clips, tmp_path, target) -> None:
+    motion = read(clips.bvh)
+    for options, expected in (
+        ((), joint_signal(motion)),
+        (("--space", "torso"), joint_signal(motion, space="torso")),
+        (("--rotations",), joint_signal(motion, rotations=True)),
+        (("--rotations", "--space", "heading"), joint_signal(motion, rotations=True, space="heading")),
+    ):
+        said = run("convert", clips.bvh, target, *options, "--force").stdout
+        assert said == f"{target}: 241 frames, 4.02 s at 60 Hz\n"
+        table = read(tmp_path / target)
+        assert (table.names, table.rate, table.kinds) == (expected.names, 60, expected.kinds)
+        np.testing.assert_array_equal(table.values, expected.values)
+    run("convert", clips.bvh, target, "--frames", "10:70", "--rate", "30", "--force")
+    np.testing.assert_array_equal(read(tmp_path / target).values, joint_signal(motion).values[10:71:2])
+
+
+def test_the_options_of_a_table_are_for_tables(run, clips) -> None:
+    for options in (("--rotations",), ("--space", "torso")):
+        says = run("convert", clips.bvh, "x.bvh", *options, code=2).stderr
+        assert f"{options[0]} is for a motion that is written as a table, such as x.csv" in says
+        assert options[0] in run("convert", clips.csv, "x.npz", *options, code=2).stderr
+    assert "x.csv.gz" in run("convert", clips.bvh, "x.csv.gz", code=1).stderr
+    assert convert._SPACES == JOINT_SPACES
+
+
+def test_elsewhere_a_motion_is_no_signal(run, clips) -> None:
+    says = run("warp", clips.bvh, "--length", "50%", "-o", "x.csv", code=1).stderr
+    assert f"x.csv: a .csv file holds a signal, not a motion as {clips.bvh}" in says
+    assert "a motion is written as .bvh or .amc; convert" in says
 
 
 def test_nor_is_a_signal_a_motion(run, clips) -> None:

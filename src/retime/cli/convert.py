@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,12 +13,19 @@ from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_checks import check_format, check_outputs
 from retime.cli.output_options import held_frames, on_option, on_twos_option
 from retime.cli.terminal import Stages, say
+from retime.errors import OptionError
 from retime.motion.rate import parse_rate
+
+if TYPE_CHECKING:
+    from retime.motion.joint_signal import JointSpace
 
 _EXAMPLES = (
     "\b\nExamples\n  retime convert 86_01.amc walk.bvh --frames 1:550 --fps 120\n"
-    "  retime convert walk.bvh film.bvh --rate 24 --on-twos"
+    "  retime convert walk.bvh film.bvh --rate 24 --on-twos\n"
+    "  retime convert walk.bvh walk.csv --space heading"
 )
+# As retime.motion.joint_signal has them, which the help need not wait for.
+_SPACES = ("global", "torso", "heading", "local")
 
 
 @click.command(
@@ -37,6 +45,23 @@ _EXAMPLES = (
 )
 @on_twos_option
 @on_option
+@click.option(
+    "--rotations",
+    cls=Option,
+    section="A motion as a table",
+    is_flag=True,
+    help="Write the joints' rotations as quaternions (Hips.qw ...), not their positions (Hips.x ...).",
+)
+@click.option(
+    "--space",
+    cls=Option,
+    section="A motion as a table",
+    metavar="SPACE",
+    type=click.Choice(_SPACES, case_sensitive=False),
+    default_text="global; local for rotations",
+    help="What positions and rotations are seen from: global (Y is up), torso (the root), heading (the ground below "
+    "the root, turned as it is), local (each joint's parent).",
+)
 @click.option("--force", cls=Option, is_flag=True, help="Replace B if it is there; never A.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
 def command(
@@ -47,26 +72,49 @@ def command(
     rate: Fraction | None,
     on_twos: bool,
     on: int | None,
+    rotations: bool,
+    space: JointSpace | None,
     force: bool,
     quiet: bool,
 ) -> None:
     """Read clip A and write it to B, in the format that B's ending names.
 
     Also cuts (--frames, --drop-first), corrects the rate (--fps) and makes another one (--rate). The timing stays.
+    A table is given the positions, or the rotations, of a motion's joints.
     """
     skeletons = [] if clip_options.skeleton is None else [clip_options.skeleton]
     check_outputs({"B": output}, inputs=[clip, *skeletons], force=force)
-    check_format(output, like=clip)
+    as_table = _as_table(clip, output)
+    if not as_table and (rotations or space):
+        raise OptionError(
+            f"{'--rotations' if rotations else '--space'} is for a motion that is written as a table, such as "
+            f"{output.with_suffix('.csv').name}: {clip} is written to {output}"
+        )
 
     from retime.cli.summary import length_text, rate_text
     from retime.formats.registry import write
+    from retime.motion.joint_signal import joint_signal
+    from retime.motion.motion import Motion
 
     stages = Stages(quiet=quiet)
     with stages.stage("read", "reading"):
         motion = clip_options.read(clip)
     with stages.stage("resample", "resampling"):
         motion = resampled(motion, rate, held=held_frames(on_twos, on))
+    if as_table and isinstance(motion, Motion):
+        motion = joint_signal(motion, rotations=rotations, space=space)
     with stages.stage("write", "writing"):
         write(motion, output, overwrite=force)
     if not quiet:
         say(f"{output}: {length_text(motion.n_frames, motion.rate)} at {rate_text(motion.rate)}")
+
+
+def _as_table(clip: Path, output: Path) -> bool:
+    """Tell whether a motion is to become a table; raise FormatError where B can't hold what A does."""
+    from retime.formats.registry import check_holds, format_of
+
+    if format_of(clip).holds == "motion" and format_of(output).holds == "signal":
+        check_holds(output, "signal")
+        return True
+    check_format(output, like=clip)
+    return False

@@ -96,10 +96,11 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
     refuse_compressed(path)
     if known.holds != holds:
         endings = " or ".join(suffix for one in FORMATS if one.holds == holds and one.writes for suffix in one.suffixes)
+        remedy = "; convert (joint_signal(motion)) makes a table of its joints" if holds == "motion" else ""
         what = {"motion": "a skeleton that moves", "signal": "columns of numbers"}
         raise FormatError(
             f"a {Path(path).suffix.lower()} file holds a {known.holds}, not a {holds}{like and f' as {like}'} (a "
-            f"{known.holds} is {what[known.holds]}); a {holds} is written as {endings}",
+            f"{known.holds} is {what[known.holds]}); a {holds} is written as {endings}{remedy}",
             path=path,
         )
 
