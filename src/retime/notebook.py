@@ -216,7 +216,9 @@ def _path_of(clip: AnyPath | AnyMotion) -> Path:
 def _as_held(file: AnyFile, clip: object) -> AnyFile:
     if isinstance(clip, Signal) and clip.gaps == "keep":
         return replace(file, gaps="keep")
-    return replace(file, up=clip.up) if isinstance(clip, Motion) and clip.up != "y" else file
+    if not isinstance(clip, Motion):
+        return file
+    return replace(file, up=None if clip.up == "y" else clip.up, root=clip.root)
 
 
 async def close_all() -> None:

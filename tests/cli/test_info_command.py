@@ -27,6 +27,7 @@ def test_a_motion(run, clips) -> None:
         "length": "4.017 s",
         "channels": "21",
         "up": "y",
+        "root": "Hips",
         "unit": "not known (flights take a size from the skeleton)",
         "joints": "6, and 3 end sites: Hips, Chest, LeftLeg, LeftFoot, RightLeg, RightFoot",
         "flights": "1: frames 107:133 (1.78-2.22 s)",
@@ -54,6 +55,7 @@ def test_a_motion_as_json(run, clips) -> None:
         "end_sites": 3,
         "metres_per_unit": None,
         "up": "y",
+        "root": "Hips",
         "seems_z_up": False,
         "frames_before_capture": 0,
         # Half as fast, nothing falls as freely as it should.

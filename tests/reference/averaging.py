@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from retime.motion.body import above_body
 from retime.motion.contacts import Contacts
 from retime.motion.motion import Motion
 from retime.warp.curve import Warp
@@ -73,7 +74,7 @@ def averaged_pose(
         own = [column for foot, column in feet if carries(motion, joint, foot.joint)]
         half = half_width(mean_speed(warp, time, 1 / rate), place, motion.n_frames, own)
         turns.append(turn_in_space(motion, joint, place, half))
-        if half < 1e-6 or (joint == 0 and keep_root_path):
+        if half < 1e-6 or (joint in above_body(motion) and keep_root_path):
             translations.append(motion.at([input_time]).local_translations[0, joint])
         else:
             translations.append(window_mean(motion.local_translations[:, joint], place - half, place + half))

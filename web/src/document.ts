@@ -120,6 +120,7 @@ export function addClip(document: Document, path: string): Document {
     up: null,
     channels: null,
     gaps: null,
+    root: null,
   };
   return { ...document, clips: [...document.clips, clip] };
 }

@@ -17,6 +17,7 @@ export interface ClipFile {
   readonly up: "y" | "z" | null;
   readonly channels: string | null;
   readonly gaps: string | null;
+  readonly root: string | null;
 }
 
 /** A joint (or channel) of the clip, and which of the reference's stands for it. */
@@ -34,6 +35,7 @@ export interface CounterpartFile {
   readonly up: "y" | "z" | null;
   readonly channels: string | null;
   readonly gaps: string | null;
+  readonly root: string | null;
 }
 
 /** What the input is to move like. */
@@ -48,6 +50,7 @@ export interface ReferenceFile {
   readonly up: "y" | "z" | null;
   readonly channels: string | null;
   readonly gaps: string | null;
+  readonly root: string | null;
   readonly joint_map: string | null;
   readonly joints: readonly JointPair[];
   readonly counterparts: readonly CounterpartFile[];

@@ -13,6 +13,7 @@ export const PLAIN_REFERENCE: ReferenceFile = {
   up: null,
   channels: null,
   gaps: null,
+  root: null,
   joint_map: null,
   joints: [],
   counterparts: [],
@@ -78,6 +79,7 @@ export function setJoint(document: Document, index: number, input: string, refer
 /** Say what another searched clip of the group moves like; null: nothing. */
 export function setCounterpart(document: Document, index: number, clip: number, path: string | null): Document {
   const others = (referencesOf(document)[index]?.counterparts ?? []).filter((one) => one.clip !== clip);
-  const added = path === null ? [] : [{ clip, path, fps: null, skeleton: null, up: null, channels: null, gaps: null }];
+  const added =
+    path === null ? [] : [{ clip, path, fps: null, skeleton: null, up: null, root: null, channels: null, gaps: null }];
   return changeReference(document, index, { counterparts: [...others, ...added].sort((a, b) => a.clip - b.clip) });
 }

@@ -86,6 +86,7 @@ it("a clip that goes takes its counterparts along, and the others keep theirs", 
     fps: null,
     skeleton: null,
     up: null,
+    root: null,
     channels: null,
     gaps: null,
   });

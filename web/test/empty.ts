@@ -12,6 +12,7 @@ export const EMPTY: Document = {
       fps: null,
       skeleton: null,
       up: null,
+      root: null,
       channels: null,
       gaps: null,
     },

@@ -62,7 +62,7 @@ class ClipOptions:
         Rate in place of what the file declares.
     skeleton : Path, optional
         The ASF of an AMC.
-    repair, decimal_comma, up : bool, bool, str
+    repair, decimal_comma, up, root : bool, bool, str, str
         As `retime.read` has them.
     channels : tuple of (str, ChannelKind)
         What channels hold, by names or patterns.
@@ -84,12 +84,13 @@ class ClipOptions:
     channels: tuple[tuple[str, ChannelKind], ...] = ()
     gaps: GapPolicy | None = None
     array: tuple[str, ...] = ()
+    root: str | None = None
     is_reference: bool = False
 
     def read(self, path: Path, *, beside: bool = False) -> AnyMotion:
         """Read a clip; raise FormatError, OSError or OptionError.
 
-        One that stands `beside` another needn't have the channels that kinds were given for.
+        One that stands `beside` another needn't have the channels that kinds were given for, nor the joint of `root`.
         """
         from retime.formats.read_options import ReadOptions
         from retime.formats.registry import read_with, refuse_unfit
@@ -104,9 +105,9 @@ class ClipOptions:
             gaps=self.gaps,
             arrays=self.array,
         )
-        clip = read_with(path, options, up=self.up)
+        clip = read_with(path, options, up=self.up, root=self.root)
         if not (beside or self.is_reference):
-            refuse_unfit(clip, options.channels)
+            refuse_unfit(clip, options.channels, self.root)
         if not clip.name:
             clip = replace(clip, name=path.stem)
         if self.drop_first >= clip.n_frames:
@@ -255,6 +256,14 @@ _OPTIONS = (
         multiple=True,
         help="Which array of an NPZ is meant; repeat for more, side by side.",
     ),
+    click.option(
+        "--root",
+        cls=Option,
+        section="Input",
+        metavar="NAME",
+        default_text="found",
+        help="The joint that carries the body, where it is not the one that `retime info` shows.",
+    ),
 )
 
 
@@ -274,9 +283,10 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
         channels: tuple[tuple[str, ChannelKind], ...],
         gaps: GapPolicy | None,
         array: tuple[str, ...],
+        root: str | None,
         **rest: Any,
     ) -> None:
-        options = ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma, up, channels, gaps, array)
+        options = ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma, up, channels, gaps, array, root)
         function(clip_options=options, **rest)
 
     for option in reversed(_OPTIONS):

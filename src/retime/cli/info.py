@@ -106,6 +106,7 @@ def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
     from retime.formats.registry import format_of
+    from retime.motion.body import body_joint
     from retime.motion.contacts import contacts, named_feet
     from retime.motion.first_frames import frames_before_capture
     from retime.motion.flights import flights
@@ -148,6 +149,7 @@ def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
         "metres_per_unit": clip.metres_per_unit,
         "up": clip.up,
         "seems_z_up": seems_z_up(clip),
+        "root": names[body_joint(clip)],
         "frames_before_capture": frames_before_capture(clip),
         "flights": [[first + clip.first_frame, last + clip.first_frame] for first, last in flights(clip)],
         # What the joints' names tell: feet, sides.
@@ -181,6 +183,7 @@ def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
         ("unit", "not known (flights take a size from the skeleton)" if metres is None else f"{metres:.6g} m"),
         ("up", clip["up"] + (", but the figure stands along z: try --up z" if clip["seems_z_up"] else "")),
         ("joints", f"{len(clip['joints'])}, and {clip['end_sites']} end sites: {', '.join(clip['joints'])}"),
+        ("root", clip["root"] + _why_root(clip)),
         ("flights", f"{len(flights)}: frames {', '.join(flights)}" if flights else "none"),
         *_names_rows(clip),
     ]
@@ -201,6 +204,11 @@ def _kind_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
     if clip["gaps"]:
         rows.append(("gaps", clip["gaps"]))
     return rows
+
+
+def _why_root(clip: dict[str, Any]) -> str:
+    above = clip["joints"].index(clip["root"])
+    return f" (it carries the body; {above} above or beside it)" if above else ""
 
 
 def _names_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:

@@ -9,6 +9,7 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.evaluate.metrics import Spans
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import body_of
 from retime.motion.contacts import Contacts
 from retime.motion.kinematics import global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
@@ -30,6 +31,7 @@ def idle_spans(motion: Motion) -> list[tuple[float, float]]:
 
     The root moves at less than 0.2 m/s, and the other joints at less than 0.1 m/s against it on average.
     """
+    motion = body_of(motion)
     scale, rate = metres_per_unit(motion), float(motion.rate)
     if motion.n_frames < 2:
         return []

@@ -185,7 +185,7 @@ _EXAMPLES = (
     multiple=True,
     default_text="the clip itself",
     help="Imitate the timing of this clip; repeat for more. Joints are matched by name; --skeleton, --repair, "
-    "--decimal-comma, --up, --channel, --gaps and --array hold for it too.",
+    "--decimal-comma, --up, --root, --channel, --gaps and --array hold for it too.",
 )
 @click.option(
     "--reference-frames",
@@ -326,8 +326,9 @@ def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:
                 channels=options.channels,
                 gaps=options.gaps,
                 array=options.array,
+                root=options.root,
                 is_reference=True,
-            ).read(request.reference[i])
+            ).read(request.reference[i], beside=True)
         else:
             start, stop = parse_frame_range(span or ":", clip.n_frames, clip.first_frame)
             motion = clip.frames(start, stop)

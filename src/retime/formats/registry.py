@@ -20,6 +20,7 @@ from retime.errors import FormatError, OptionError
 from retime.formats.compressed import COMPRESSED, is_compressed, plain_path, read_plain, refuse_compressed
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import body_joint
 from retime.motion.channels import ChannelKind, KindLike, as_kind, matching
 from retime.motion.gaps import GapPolicy
 from retime.motion.motion import UPS, Motion, Up
@@ -120,6 +121,7 @@ def read(
     kinds: Mapping[str, KindLike] | None = None,
     gaps: str | None = None,
     array: str | Sequence[str] = (),
+    root: str | None = None,
     limits: Limits | None = None,
 ) -> AnyMotion:
     """Read a motion, or a signal, from a file.
@@ -140,6 +142,9 @@ def read(
     up : {"y", "z"}, optional
         Which axis of a motion's coordinates is vertical, where it isn't Y. No format here declares it; it is written
         as it was read. A signal has none.
+    root : str, optional
+        The joint that carries a motion's body, where it isn't found rightly (`retime.motion.body.body_joint`). A signal
+        has none.
     limits : Limits, optional
         Sizes not to go past.
 
@@ -155,7 +160,7 @@ def read(
     OSError
         The file can't be opened.
     OptionError
-        No such axis, kind, or way with gaps; or no channel that a kind was given for.
+        No such axis, joint, kind, or way with gaps; or no channel that a kind was given for.
 
     Warns
     -----
@@ -175,13 +180,13 @@ def read(
         arrays=(array,) if isinstance(array, str) else tuple(array),
         limits=limits or Limits(),
     )
-    clip = read_with(path, options, up=up)
-    refuse_unfit(clip, options.channels)
+    clip = read_with(path, options, up=up, root=root)
+    refuse_unfit(clip, options.channels, root)
     return clip
 
 
-def read_with(path: Path, options: ReadOptions, *, up: Up | None = None) -> AnyMotion:
-    """Do what `read` says; channels that were chosen and are not there are passed over, as they may be another clip's.
+def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: str | None = None) -> AnyMotion:
+    """Do what `read` says; channels, or a root, that are not there are passed over, as they may be another clip's.
 
     Raises
     ------
@@ -195,11 +200,15 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None) -> AnyM
         raise FormatError("this machine has too little memory for what the file holds", path=path) from None
     if is_compressed(path):
         clip = replace(clip, name=plain_path(path).stem)
-    return replace(clip, up=up) if up is not None and isinstance(clip, Motion) else clip
+    if not isinstance(clip, Motion):
+        return clip
+    return replace(clip, up=up or clip.up, root=root if root in clip.skeleton.names else None)
 
 
-def refuse_unfit(clip: AnyMotion, channels: Mapping[str, ChannelKind]) -> None:
-    """Raise OptionError where a kind was chosen for a channel that a clip hasn't."""
+def refuse_unfit(clip: AnyMotion, channels: Mapping[str, ChannelKind], root: str | None) -> None:
+    """Raise OptionError where a kind was chosen for a channel, or a root, that a clip hasn't."""
+    if isinstance(clip, Motion) and root is not None:
+        body_joint(replace(clip, root=root))
     for pattern in channels:
         if isinstance(clip, Motion):
             raise OptionError(f"{clip.name or 'the motion'} has joints, whose kinds are known: {pattern!r} is none")

@@ -19,8 +19,10 @@ from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions
+from retime.motion.body import body_joints
 from retime.motion.joint_names import body_parts, near_names
-from retime.motion.kinematics import GlobalPoses, Moving, global_poses, metres_per_unit
+from retime.motion.kinematics import GlobalPoses, global_poses, metres_per_unit
+from retime.motion.moving import Moving
 from retime.motion.picture import contacts_html
 from retime.motion.rate import parse_rate
 
@@ -272,11 +274,15 @@ def contacts(
     poses = global_poses(motion)
     scale = metres_per_unit(motion)
     rate = float(motion.rate)
-    lowest = np.min(poses.positions[:, :, 1], axis=1)
-    if poses.end_positions.shape[1]:
-        lowest = np.minimum(lowest, poses.end_positions[:, :, 1].min(axis=1))
+    # What hangs elsewhere than below the joint that carries the body is no part of the figure.
+    body = body_joints(motion)
+    lowest = np.min(poses.positions[:, body, 1], axis=1)
+    ends = [i for i, site in enumerate(motion.skeleton.end_sites) if site.parent in body]
+    if ends:
+        lowest = np.minimum(lowest, poses.end_positions[:, ends, 1].min(axis=1))
     if feet is None:
-        found = named_feet(motion.skeleton.names) or _lowest_limbs(motion, poses, lowest, scale)
+        named = tuple(foot for foot in named_feet(motion.skeleton.names) if foot.joint in body)
+        found = named or _lowest_limbs(motion, body, poses, lowest, scale)
     else:
         found = tuple(Foot(joint) for name in feet for joint in _joints(motion.skeleton.names, name))
 
@@ -328,12 +334,14 @@ def _joints(names: Sequence[str], name: str) -> list[int]:
     return [joint for joint, other in enumerate(names) if other == name]
 
 
-def _lowest_limbs(motion: Moving, poses: GlobalPoses, lowest: FloatArray, scale: float) -> tuple[Foot, ...]:
+def _lowest_limbs(
+    motion: Moving, body: Sequence[int], poses: GlobalPoses, lowest: FloatArray, scale: float
+) -> tuple[Foot, ...]:
     """Find the ends of limbs that are among the lowest things for a good part of the time."""
     skeleton = motion.skeleton
     found = []
-    # The root is no limb: what hangs on it alone is a prop, not a leg.
-    for joint in sorted(set(range(1, skeleton.n_joints)) - set(skeleton.parents)):
+    # The body's first joint is no limb: what hangs on it alone is a prop, not a leg.
+    for joint in sorted(set(body[1:]) - set(skeleton.parents)):
         sites = [i for i, site in enumerate(skeleton.end_sites) if site.parent == joint]
         ends = [Foot(joint), *(Foot(joint, site) for site in sites)]
         heights = (_points(poses, ends)[:, :, 1] - lowest[:, None]) * scale

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.arrays import BoolArray, FloatArray
+from retime.motion.body import body_of
 from retime.motion.contacts import contacts, lowest_around, runs
-from retime.motion.kinematics import GRAVITY, Moving, global_poses, metres_per_unit
+from retime.motion.kinematics import GRAVITY, global_poses, metres_per_unit
+from retime.motion.moving import Moving
 
 # Seconds to either side in which the ground is looked for: captured floors are not level, and stairs are not one floor.
 _GROUND_WINDOW = 0.75
@@ -63,6 +65,7 @@ def flights(motion: Moving, *, clearance: float = 0.03, minimum: float = 0.06) -
     >>> flights(retime.sample())
     [(367, 392), (670, 700)]
     """
+    motion = body_of(motion)
     rate = float(motion.rate)
     poses = global_poses(motion)
     scale = metres_per_unit(motion)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Protocol, runtime_checkable
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,47 +10,9 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.motion import rotation
+from retime.motion.body import body_of
+from retime.motion.moving import Moving
 from retime.motion.skeleton import Skeleton
-
-
-@runtime_checkable
-class Moving(Protocol):
-    """What is read of a motion, here and by what looks for contacts and flights.
-
-    A motion (`retime.motion.motion.Motion`) offers what they find as methods, so they know it by this alone.
-    """
-
-    @property
-    def name(self) -> str:
-        """What to call it in messages."""
-
-    @property
-    def n_frames(self) -> int:
-        """Number of frames."""
-
-    @property
-    def skeleton(self) -> Skeleton:
-        """The joints."""
-
-    @property
-    def rotations(self) -> FloatArray:
-        """Local rotations, shape (n_frames, n_joints, 4), wxyz."""
-
-    @property
-    def local_translations(self) -> FloatArray:
-        """Local translations, shape (n_frames, n_joints, 3)."""
-
-    @property
-    def rate(self) -> Fraction:
-        """Frames a second."""
-
-    @property
-    def metres_per_unit(self) -> float | None:
-        """Length of one unit in metres, where known."""
-
-    @property
-    def up(self) -> str:
-        """Which axis of its own coordinates is vertical, "y" or "z"."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,6 +180,7 @@ def seems_z_up(motion: Moving) -> bool:
 
 
 def _rises_along(motion: Moving, axis: int) -> bool:
+    motion = body_of(motion)
     every = max(1, motion.n_frames // 64)
     some = _global_poses(motion.skeleton, motion.rotations[::every], motion.local_translations[::every], motion.up)
     extents = np.ptp(some.positions, axis=1)
@@ -233,10 +194,12 @@ GRAVITY = 9.81
 def metres_per_unit(motion: Moving) -> float:
     """Length of one unit in metres: the file's own statement, else a guess.
 
-    The guess takes the rest skeleton for a person of 1.7 m. It serves for thresholds, not for measurements.
+    The guess takes the rest skeleton, from the joint on that carries the body, for a person of 1.7 m. It serves for
+    thresholds, not for measurements.
     """
     if motion.metres_per_unit is not None:
         return motion.metres_per_unit
+    motion = body_of(motion)
     rest = np.zeros((motion.skeleton.n_joints, 3))
     for joint, parent in enumerate(motion.skeleton.parents):
         if parent >= 0:

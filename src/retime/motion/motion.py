@@ -15,6 +15,7 @@ from retime.brief import brief, brief_repr, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
 from retime.motion import kinematics, rotation
+from retime.motion.body import body_joint, body_name, body_of
 from retime.motion.picture import pictured_frames, poses_html
 from retime.motion.rate import RateField, RateLike
 from retime.motion.size import LARGEST, size_problem, within_size
@@ -77,6 +78,9 @@ class Motion:
         among the many triples that mean one rotation when the motion is written again.
     up : {"y", "z"}
         Which axis of its own coordinates is vertical. Global space has Y up in any case (`retime.motion.kinematics`).
+    root : str, optional
+        The joint that carries the body, of joints of one name the first. Left out, it is found
+        (`retime.motion.body.body_joint`): the skeleton's first joint in most files.
 
     Raises
     ------
@@ -104,6 +108,7 @@ class Motion:
     declaration: Declaration | None = None
     declared_angles: FloatArray | None = None
     up: Up = "y"
+    root: str | None = None
 
     # What the constructor takes. A dataclass alone could declare only what its fields hold afterwards.
     if TYPE_CHECKING:
@@ -120,6 +125,7 @@ class Motion:
             declaration: Declaration | None = None,
             declared_angles: ArrayLike | None = None,
             up: Up = "y",
+            root: str | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -146,6 +152,8 @@ class Motion:
         self._refuse_unbounded("translation", translations)
         if self.up not in UPS:
             raise InvalidMotionError(f"the vertical axis must be one of {', '.join(UPS)}; found {self.up!r}")
+        if self.root is not None:
+            body_joint(self)
         squares = np.einsum("fjc,fjc->fj", rotations, rotations)
         if squares.min() < 1.0 - 2e-12 or squares.max() > 1.0 + 2e-12:
             zero = ~np.any(rotations, axis=-1)
@@ -258,13 +266,14 @@ class Motion:
 
     def _repr_html_(self) -> str:
         times = pictured_frames(self.n_frames) / float(self.rate)
-        poses = kinematics.global_poses(self.at(times))
+        body = body_of(self)
+        poses = kinematics.global_poses(body.at(times))
         named = {"motion": self.name} if self.name else {}
         return poses_html(
             np.concatenate([poses.positions, poses.end_positions], axis=1),
-            [*self.skeleton.parents, *(site.parent for site in self.skeleton.end_sites)],
+            [*body.skeleton.parents, *(site.parent for site in body.skeleton.end_sites)],
             times,
-            self.positions[:, 0],
+            body.positions[:, 0],
             {
                 **named,
                 "frames": self.n_frames,
@@ -357,6 +366,7 @@ class Motion:
             translations=self.local_translations[start:stop],
             first_frame=self.first_frame + start,
             declared_angles=None if angles is None else angles[start:stop],
+            root=self.root or body_name(self),
         )
 
     def with_rate(self, rate: RateLike) -> Motion:

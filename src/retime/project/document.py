@@ -39,6 +39,8 @@ class ClipFile:
         What channels of a table hold, as ``pan=angle:deg, *_id=label``; left out, what is found.
     gaps : str, optional
         What to do about values that a table lacks: ``bridge``, ``bridge:SECONDS`` or ``keep``; left out, refuse them.
+    root : str, optional
+        The joint that carries the body; left out, it is found.
     """
 
     path: str
@@ -50,6 +52,7 @@ class ClipFile:
     up: Literal["y", "z"] | None = None
     channels: str | None = None
     gaps: str | None = None
+    root: str | None = None
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ class CounterpartFile:
         The clip's place in the document, counted from 0; the first one's counterpart is the reference's own file.
     path : str
         The file. Of it the same time is used as of the reference's own.
-    fps, skeleton, up, channels, gaps : str, optional
+    fps, skeleton, up, root, channels, gaps : str, optional
         As of a clip.
     """
 
@@ -87,6 +90,7 @@ class CounterpartFile:
     up: Literal["y", "z"] | None = None
     channels: str | None = None
     gaps: str | None = None
+    root: str | None = None
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,7 @@ class ReferenceFile:
         How much nearer it looks than it is; above 0.
     mirror : bool
         Imitate its mirror image too.
-    fps, skeleton, up, channels, gaps : str, optional
+    fps, skeleton, up, root, channels, gaps : str, optional
         As of a clip.
     joint_map : str, optional
         A file that says which of its joints is which of the clip's.
@@ -123,6 +127,7 @@ class ReferenceFile:
     up: Literal["y", "z"] | None = None
     channels: str | None = None
     gaps: str | None = None
+    root: str | None = None
     joint_map: str | None = None
     joints: tuple[JointPair, ...] = ()
     counterparts: tuple[CounterpartFile, ...] = ()

@@ -51,14 +51,14 @@ def as_paths(text: str) -> Path:
 
 AnyFile = ClipFile | ReferenceFile | CounterpartFile
 # A file, how it is read, and the frames used of it.
-_Key = tuple[str, str | None, str | None, str | None, str | None, str | None, int | None, int | None]
+_Key = tuple[str, str | None, str | None, str | None, str | None, str | None, str | None, int | None, int | None]
 
 
 def read_clip(file: AnyFile, path: Path, find: Find) -> AnyMotion:
     """Read one clip, all of its frames."""
     skeleton = None if file.skeleton is None else find(file.skeleton)
     kinds = None if file.channels is None else parse_channels(file.channels)
-    clip = read(path, rate=file.fps, skeleton=skeleton, up=file.up, kinds=kinds, gaps=file.gaps)
+    clip = read(path, rate=file.fps, skeleton=skeleton, up=file.up, root=file.root, kinds=kinds, gaps=file.gaps)
     if not clip.name:
         clip = replace(clip, name=path.stem)
     if file.up is None and isinstance(clip, Motion) and seems_z_up(clip):
@@ -134,8 +134,8 @@ class Reader:
 
     def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:
         """Read a file, or remember it, and cut out the frames used."""
-        whole = (file.path or "", file.fps, file.skeleton, file.up, file.channels, file.gaps, None, None)
-        part = (*whole[:6], first_frame, last_frame)
+        whole = (file.path or "", file.fps, file.skeleton, file.up, file.root, file.channels, file.gaps, None, None)
+        part = (*whole[:7], first_frame, last_frame)
         for key in (whole, part):
             if key not in self._used:
                 clip = self._clips.get(key)

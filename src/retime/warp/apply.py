@@ -14,6 +14,7 @@ from retime.brief import kind_of
 from retime.errors import OptionError, RetimeWarning
 from retime.limits import MOST_NUMBERS
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import above_body
 from retime.motion.contacts import Contacts
 from retime.motion.contacts import contacts as find_contacts
 from retime.motion.motion import Motion
@@ -23,7 +24,6 @@ from retime.warp.averaging import (
     average_channels,
     average_columns,
     average_rotations,
-    count_roots,
     joint_groups,
     windows_of,
 )
@@ -85,8 +85,8 @@ def apply_warp(
         When the input's feet stand, frame by frame; "find" looks (`retime.motion.contacts.contacts`). None averages
         feet like everything else. Signals have no feet.
     keep_root_path : bool
-        Don't average the root's translation: the output's root goes where the input's went, however fast. Below a root
-        that never moves, and has one child, that child is meant.
+        Don't average the root's translation: the output's root goes where the input's went, however fast. All
+        joints from the root to the one that carries the body are meant (`retime.motion.body.body_joint`).
     loop : bool
         The clip is a cycle, its last frame the first one again, and the warp plays all of it. The averaging window
         then goes on across the seam instead of closing at the ends, so that the seam has no corner. This holds for all
@@ -170,7 +170,7 @@ def resampled(
     translations = result.local_translations.copy()
     # Joints that stay where they are in their parents, as most do, have nothing to average.
     moving = np.any(motion.local_translations != motion.local_translations[0], axis=(0, 2))
-    moving[: windows.n_roots] &= not keep_root_path
+    moving[list(windows.roots)] &= not keep_root_path
     for group in groups:
         for joints, half in windows.of(group.joints, group.half):
             average_columns(translations, motion.local_translations, joints[moving[joints]], windows, half)
@@ -204,8 +204,8 @@ def compare_ranges(motion: AnyMotion, warp: Warp) -> None:
 
 def check_seam(motion: Motion) -> None:
     """Warn where a loop's last pose is no repetition of its first: where a joint has to turn to get there."""
-    n_roots = count_roots(motion)
-    q = motion.rotations[:, n_roots:]
+    others = sorted({*range(motion.skeleton.n_joints)} - {*above_body(motion)})
+    q = motion.rotations[:, others]
     if motion.n_frames < 2 or not q.size:
         return
     steps, seam = _turns(q[1:], q[:-1]).max(axis=1), _turns(q[-1], q[0])
@@ -214,7 +214,7 @@ def check_seam(motion: Motion) -> None:
     if seam[joint] > max(float(np.median(steps)) / 2, 1e-3):
         warnings.warn(
             f"the last pose of {motion.name or 'the motion'} is not its first one again, as a loop's should be: "
-            f"{motion.skeleton.names[n_roots + joint]!r} is {np.degrees(seam[joint]):.1f} degrees away",
+            f"{motion.skeleton.names[others[joint]]!r} is {np.degrees(seam[joint]):.1f} degrees away",
             RetimeWarning,
             stacklevel=3,
         )

@@ -13,6 +13,7 @@ from retime.brief import brief_repr
 from retime.motion import rotation
 from retime.motion.any_motion import AnyMotion
 from retime.motion.blending import one_side, unit_length, within_turn
+from retime.motion.body import above_body
 from retime.motion.channels import FULL_TURN, quaternion_groups
 from retime.motion.contacts import Contacts
 from retime.motion.gaps import bridged
@@ -26,20 +27,6 @@ CLOSED = 1e-6
 
 # Windows of more frames are summed one by one.
 _LONG = 16
-
-
-def count_roots(motion: Motion) -> int:
-    """Count the joints at the beginning that carry the whole body: the root and, below one that never moves, its child.
-
-    Some programs put such a node above the hips.
-    """
-    parents, q, p = motion.skeleton.parents, motion.rotations, motion.local_translations
-    n = 1
-    while n < len(parents) and parents.count(n - 1) == 1:
-        if np.any(q[:, n - 1] != q[0, n - 1]) or np.any(p[:, n - 1] != p[0, n - 1]):
-            break
-        n += 1
-    return n
 
 
 def window_frames(warp: Warp, rate: float, output_times: FloatArray, *, loop: bool = False) -> FloatArray:
@@ -75,15 +62,15 @@ class Windows:
         Their half-widths where they close at the clip's ends, and where they go on across a loop's seam.
     beyond : int
         Frames beyond the seam that they may reach; 0 where the clip is no loop.
-    n_roots : int
-        How many of the first joints carry all of the body, and may have gone on since the first frame.
+    roots : tuple of int
+        The joints that carry all of the body, and may have gone on since the first frame.
     """
 
     centre: FloatArray
     closing: FloatArray
     wrapped: FloatArray
     beyond: int
-    n_roots: int
+    roots: tuple[int, ...]
 
     __repr__ = brief_repr
 
@@ -112,9 +99,11 @@ class Windows:
         return np.where(at_rest[before] & at_rest[after], 0.0, away)
 
     def of(self, joints: IntArray, half: FloatArray) -> list[tuple[IntArray, FloatArray]]:
-        """Part increasing joints by their half-widths: a loop's root closes at the ends."""
-        n = int(np.searchsorted(joints, self.n_roots)) if self.beyond else 0
-        return [(joints[:n], np.minimum(half, self.closing)), (joints[n:], half)] if n else [(joints, half)]
+        """Part joints by their half-widths: of a loop, those that carry the body close at the ends."""
+        carry = np.isin(joints, self.roots)
+        if not (self.beyond and carry.any()):
+            return [(joints, half)]
+        return [(joints[carry], np.minimum(half, self.closing)), (joints[~carry], half)]
 
     def means(self, values: FloatArray, half: FloatArray) -> tuple[IntArray, FloatArray]:
         """Find the output frames whose windows are open, and the means of continued values over these."""
@@ -134,7 +123,7 @@ def windows_of(
     # A window wider than the whole cycle would count some of it more often than the rest.
     wrapped = np.minimum(half, last / 2) if loop else closing
     beyond = min(last, int(np.ceil(wrapped.max()))) if loop else 0
-    return Windows(centre, closing, wrapped, beyond, count_roots(motion) if isinstance(motion, Motion) else 0)
+    return Windows(centre, closing, wrapped, beyond, tuple(above_body(motion)) if isinstance(motion, Motion) else ())
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,9 +233,7 @@ def average_channels(sampled: FloatArray, signal: Signal, windows: Windows) -> F
 def average_rotations(sampled: FloatArray, motion: Motion, windows: Windows, groups: list[JointGroup]) -> FloatArray:
     """Turn each joint, in space, as the pose averaged over its window would have it."""
     parents = motion.skeleton.parents
-    poses = [
-        dict(zip(group.chain.tolist(), _average_pose(sampled, motion, windows, group), strict=True)) for group in groups
-    ]
+    poses = [_average_pose(sampled, motion, windows, group) for group in groups]
     # The averaged pose that each joint belongs to; for all of them first, as a parent may be in a later group.
     turned_by = {joint: pose for group, pose in zip(groups, poses, strict=True) for joint in group.joints.tolist()}
     rotations = sampled.copy()
@@ -271,9 +258,9 @@ def _turn_in_space(pose: Mapping[int, FloatArray], parents: Sequence[int], joint
     return turn
 
 
-def _average_pose(sampled: FloatArray, motion: Motion, windows: Windows, group: JointGroup) -> list[FloatArray]:
+def _average_pose(sampled: FloatArray, motion: Motion, windows: Windows, group: JointGroup) -> dict[int, FloatArray]:
     """Local rotations of a group's chain, each (n_output, 4), averaged over the group's windows."""
-    pose = []
+    pose: dict[int, FloatArray] = {}
     for joints, half in windows.of(group.chain, group.half):
         result = sampled[:, joints]
         # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
@@ -283,7 +270,7 @@ def _average_pose(sampled: FloatArray, motion: Motion, windows: Windows, group: 
         if apart.any():
             means[apart] = result[fast][apart]
         result[fast] = rotation.normalize(means)
-        pose += [result[:, column] for column in range(len(joints))]
+        pose |= {joint: result[:, column] for column, joint in enumerate(joints.tolist())}
     return pose
 
 

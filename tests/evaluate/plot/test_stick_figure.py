@@ -3,10 +3,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+import retime
 from retime.evaluate.plot.stick_figure import sides_of, view_of
 from retime.motion.motion import Motion
 from retime.motion.rotation import from_euler, identity
 from retime.motion.skeleton import EndSite, Skeleton
+from tests.motion.test_body import below_node
 
 
 def named(*names: str) -> Skeleton:
@@ -116,3 +118,12 @@ def test_a_deep_skeleton_does_not_recurse() -> None:
     )
     view = view_of(Motion(skeleton, identity(1, n_joints)))
     assert [len(chain.nodes) for chain in view.chains] == [n_joints]
+
+
+def test_nodes_above_the_body_are_not_drawn() -> None:
+    clip = retime.sample().frames(300, 360)
+    more = below_node(clip, props=("prop",))
+    one, other = view_of(clip), view_of(more)
+    assert (other.stature, other.ground, other.chains) == (one.stature, one.ground, one.chains)
+    times = np.array([0.0, 0.3])
+    np.testing.assert_array_equal(other.project(more, times), one.project(clip, times))

@@ -8,6 +8,7 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.evaluate.metrics import ANALYSIS_RATE
+from retime.motion.body import body_joint
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.warp.curve import Warp
@@ -57,4 +58,4 @@ def _on_the_spot(motion: Motion) -> FloatArray:
     Not in heading space: a figure that lies or turns over has no steady heading.
     """
     positions = global_poses(motion).positions
-    return np.asarray(positions - positions[:, :1] * np.array([1.0, 0.0, 1.0]))
+    return np.asarray(positions - positions[:, [body_joint(motion)]] * np.array([1.0, 0.0, 1.0]))

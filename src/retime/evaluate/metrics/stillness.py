@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.motion.body import body_of
 from retime.motion.kinematics import global_poses, metres_per_unit, torso_positions
 from retime.motion.motion import Motion
 
@@ -49,6 +50,7 @@ def activity(motion: Motion) -> FloatArray:
 
 def _speeds(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Speed of the root, and mean speed of the other joints in its space, metres a second; shape (n_frames,) each."""
+    motion = body_of(motion)
     scale, rate = metres_per_unit(motion), float(motion.rate)
     poses = global_poses(motion)
     frames = np.arange(motion.n_frames)

@@ -11,6 +11,7 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.evaluate.metrics import Spans
 from retime.evaluate.metrics.spans import seconds_shown
+from retime.motion.body import body_joint
 from retime.motion.contacts import contacts
 from retime.motion.flights import flights
 from retime.motion.joint_names import body_parts
@@ -62,7 +63,7 @@ def walked_steps(
         # A foot that stands in the first frame has landed some time before.
         landings += [(int(frame) + 1, side) for frame in np.flatnonzero(~stands[:-1] & stands[1:])]
     landings.sort()
-    ground = global_poses(motion).positions[:, 0, [0, 2]] * metres_per_unit(motion)
+    ground = global_poses(motion).positions[:, body_joint(motion)][:, [0, 2]] * metres_per_unit(motion)
     aloft = flights(motion)
     steps = []
     for (first, side), (last, other) in itertools.pairwise(landings):

@@ -9,6 +9,7 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
+from retime.motion.body import body_of
 from retime.motion.kinematics import GlobalPoses, global_poses, heading_rotations
 from retime.motion.motion import Motion
 from retime.motion.rotation import rotate
@@ -71,9 +72,10 @@ class FigureView:
         Returns
         -------
         float array, shape (n_times, n_joints + n_end_sites, 2)
-            To the right of the root, and above the ground, in statures.
+            Joints and end sites from the one on that carries the body: to the right of it, and above the ground, in
+            statures.
         """
-        poses = global_poses(motion.at(input_times))
+        poses = global_poses(body_of(motion).at(input_times))
         nodes = _nodes(poses)
         frame = np.clip(np.round(input_times * float(motion.rate)).astype(np.intp), 0, len(self.across) - 1)
         offset = nodes - poses.positions[:, :1]
@@ -83,6 +85,7 @@ class FigureView:
 
 def view_of(motion: Motion) -> FigureView:
     """Choose the view of a motion: from the figure's right, so that it moves along with the time axis."""
+    motion = body_of(motion)
     skeleton = motion.skeleton
     poses = global_poses(motion)
     sides = sides_of(skeleton)
@@ -90,7 +93,7 @@ def view_of(motion: Motion) -> FigureView:
     # Quantiles: a raised arm, a jump and a frame of noise are no part of the stature, nor of the ground.
     stature = float(np.quantile(np.ptp(heights, axis=1), 0.9))
     ground = float(np.quantile(heights.min(axis=1), 0.1))
-    left = _smooth(_leftward(poses, skeleton, sides), round(FOLLOW_SECONDS * float(motion.rate)))
+    left = _smooth(_leftward(poses, skeleton), round(FOLLOW_SECONDS * float(motion.rate)))
     # In the ground plane (x, z), forward is a quarter turn from left.
     forward = np.stack([-left[:, 1], left[:, 0]], axis=1)
     across = np.cos(VIEW_ANGLE) * forward + np.sin(VIEW_ANGLE) * left
@@ -144,7 +147,7 @@ def _nodes(poses: GlobalPoses) -> FloatArray:
     return np.concatenate([poses.positions, poses.end_positions], axis=1)
 
 
-def _leftward(poses: GlobalPoses, skeleton: Skeleton, sides: tuple[str, ...]) -> FloatArray:
+def _leftward(poses: GlobalPoses, skeleton: Skeleton) -> FloatArray:
     """Horizontal direction (x, z) to the figure's left, not scaled: long where it is sure."""
     best, found = np.inf, None
     for left, right in _mirrors(skeleton.names).items():

@@ -19,6 +19,7 @@ from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import body_of
 from retime.motion.joint_names import JointMatch, near_names
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
@@ -236,6 +237,11 @@ def model_poses(
     """
     clips = _as_group(input_motion)
     references = tuple(references) or (Reference(input_motion),)
+    # Nodes above the body are no part of any pose.
+    clips = tuple(_body(clip) for clip in clips)
+    references = tuple(
+        replace(reference, motion=tuple(_body(clip) for clip in reference.clips)) for reference in references
+    )
     _check_durations(clips, "the input")
     for i, reference in enumerate(references):
         if len(reference.clips) != len(clips):
@@ -280,6 +286,10 @@ def _as_group(motion: AnyMotion | Sequence[AnyMotion]) -> tuple[AnyMotion, ...]:
         if not isinstance(clip, AnyMotion):
             raise OptionError(f"a group is made of motions and signals, found {type(clip).__name__}")
     return clips
+
+
+def _body(clip: AnyMotion) -> AnyMotion:
+    return body_of(clip) if isinstance(clip, Motion) else clip
 
 
 def _check_durations(clips: Sequence[AnyMotion], whose: str, reference: int | None = None) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from retime.arrays import FloatArray
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import body_of
 from retime.motion.kinematics import global_poses
+from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.search.poses.signals import signal_scales, signal_vectors
 from retime.search.poses.spaces import (
@@ -41,6 +43,8 @@ def pose_vectors(motion: AnyMotion, options: PoseOptions | PoseSpace | None = No
         The space is not one for this kind of motion, or a name is not there.
     """
     options = as_pose_options(options)
+    if isinstance(motion, Motion):
+        motion = body_of(motion)
     space = pose_space(motion, options)
     if isinstance(motion, Signal):
         return signal_vectors(motion, options, signal_scales([motion], options))

@@ -1,4 +1,4 @@
-/** How a file is read: its axis that is up, its rate, the skeleton of an AMC, what a table's channels hold, its gaps. */
+/** How a file is read: its axis that is up, its root, its rate, the skeleton of an AMC, a table's channels and gaps. */
 
 import { make, setText } from "../../dom";
 import { parseRate } from "../../grammar";
@@ -13,6 +13,7 @@ interface Reading {
   readonly skeleton: string | null;
   readonly channels: string | null;
   readonly gaps: string | null;
+  readonly root: string | null;
 }
 
 export interface ReadingFields {
@@ -25,7 +26,7 @@ export function readingFields(
   dialogs: Dialogs,
   whose: string,
   file: () => Reading,
-  change: (change: Partial<Pick<Reading, "fps" | "up" | "skeleton" | "channels" | "gaps">>) => void,
+  change: (change: Partial<Pick<Reading, "fps" | "up" | "root" | "skeleton" | "channels" | "gaps">>) => void,
   faulty: () => boolean,
   replace?: (path: string) => void,
 ): ReadingFields {
@@ -44,6 +45,12 @@ export function readingFields(
   });
   fps.input.placeholder = "as the file says";
   fps.input.setAttribute("aria-label", `${whose}: frames a second`);
+  const body = textField("Root", "The joint that carries the body. Empty: it is found", (text) => {
+    change({ root: text === "" ? null : text });
+    return true;
+  });
+  body.input.placeholder = "found";
+  body.input.setAttribute("aria-label", `${whose}: joint that carries the body`);
   const skeleton = make("button", {
     type: "button",
     class: "button framed wide",
@@ -77,6 +84,7 @@ export function readingFields(
     placeRow,
     up.row,
     fps.row,
+    body.row,
     skeletonRow,
     channels.row,
     gaps.row,
@@ -84,7 +92,7 @@ export function readingFields(
   return {
     root,
     update() {
-      const { path, fps: rate, up: axis, skeleton: asf, channels: kinds, gaps: holes } = file();
+      const { path, fps: rate, up: axis, skeleton: asf, root: joint, channels: kinds, gaps: holes } = file();
       setText(place, fileName(path ?? ""));
       place.title = `${path ?? ""}: choose another place, where the file was moved`;
       up.show(
@@ -96,6 +104,7 @@ export function readingFields(
         axis ?? "",
       );
       fps.show(rate ?? "");
+      body.show(joint ?? "");
       const isAmc = /\.amc$/iu.test(path ?? "");
       skeletonRow.hidden = !isAmc && asf === null;
       setText(skeleton, asf === null ? "Found beside it" : fileName(asf));
@@ -113,10 +122,12 @@ export function readingFields(
         holes ?? "",
       );
       up.row.hidden = isTable && axis === null;
+      body.row.hidden = isTable && joint === null;
       setText(
         said,
         [
           axis ? `${axis.toUpperCase()} up` : "",
+          joint ? `root ${joint}` : "",
           rate ? `${rate} Hz` : "",
           asf ? fileName(asf) : "",
           kinds ?? "",
