@@ -149,7 +149,11 @@ def test_order_and_names_change_no_warp(data: st.DataObject) -> None:
         "features": data.draw(st.sampled_from(["heading", "torso"] if len(motion.skeleton.names) > 1 else ["heading"])),
         "score": data.draw(st.sampled_from(["joint", "conditional"])),
     }
-    one, two = guided_warp(motion, **options), guided_warp(other, **options)
+    with warnings.catch_warnings(record=True) as told:
+        # Of a rig that stands all the time: of both or of neither.
+        warnings.simplefilter("always", RetimeWarning)
+        one, two = guided_warp(motion, **options), guided_warp(other, **options)
+    assert len(told) in (0, 2)
     assert one.path is not None
     assert two.path is not None
     # Where the rig stands, many paths are equally good: the same one is taken.

@@ -23,6 +23,7 @@ from retime.checks import real
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.kernels import StepPairs, n_threads
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import is_rigid
 from retime.motion.first_frames import hint_at_first_frames
 from retime.motion.grammar import parse_length, parse_speed, parse_speeds, parse_time, read_lock
 from retime.motion.motion import Motion
@@ -122,12 +123,25 @@ class Session:
         self._models: dict[float, Model] = {}
         self.n_reference = sum(len(track.at_rate(self.rate, self.low_pass)) for track in self._reference_tracks)
         self._model = self._model_at(self.rate)
+        self._warn_of_sameness()
         # How the heuristic is read: as a band so wide about its coarse path, or (None) as keytimes.
         self.slack: int | None = SLACK
         self._table: ScoreTable | None = None
         self._tempo: Tempo | None = None
         self._flights = None if flights is None else _read_flights(flights, self.motion)
         self._analysis_seconds = {"features": clock.lap()}
+
+    def _warn_of_sameness(self) -> None:
+        """Warn of clips in which the search sees nothing change."""
+        for clip, track in zip(self.clips, self._tracks.tracks, strict=True):
+            largest = float(np.abs(track.vectors).max(initial=0.0))
+            if clip.n_frames > 1 and not np.any(np.ptp(track.vectors, axis=0) > 1e-9 * largest):
+                warnings.warn(
+                    f"{clip.name or 'the input'}: nothing changes in what the search looks at, so one timing is as "
+                    "good as another to it: look at other features (features, joints, weights), or lock what matters",
+                    RetimeWarning,
+                    stacklevel=3,
+                )
 
     def __repr__(self) -> str:
         clips = ", ".join(map(repr, self.clips))
@@ -275,7 +289,7 @@ class Session:
 
     def _weights(self, evenness: float | None, keep_flights: float | None) -> tuple[float, float]:
         """Choose the weights of the price on tempo where they are left out."""
-        figure = not self.paper and any(isinstance(clip, Motion) and clip.skeleton.n_joints > 1 for clip in self.clips)
+        figure = not self.paper and any(isinstance(clip, Motion) and not is_rigid(clip) for clip in self.clips)
         usual = (EVENNESS, KEEP_FLIGHTS) if self.itself else (EVENNESS_OF_ANOTHER, 0.0)
         return tuple(  # type: ignore[return-value]
             (default if figure else 0.0) if given is None else given

@@ -11,6 +11,7 @@ import numpy as np
 from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import is_rigid
 from retime.motion.channels import LINEAR, ChannelKind
 from retime.motion.gaps import bridged
 from retime.motion.joint_names import JointMatch, match_joints, mirror_partners, near_names, shorten, take_apart
@@ -28,6 +29,7 @@ from retime.motion.proportions import (
 )
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
+from retime.search.poses.carried import path_options, path_signal
 from retime.search.poses.signals import signal_scales, signal_vectors, weighing_parts
 from retime.search.poses.spaces import PoseOptions, Track, chosen_places, joint_vectors, pose_space, space_joints
 
@@ -109,7 +111,24 @@ def describe(clip: AnyMotion, others: Sequence[Counterpart], options: PoseOption
             )
     if isinstance(clip, Signal):
         return _describe_signal(clip, others, options)
+    plain = options.space is None and options.joints is None and not options.weights
+    if plain and all(is_rigid(one) for one in (clip, *(other.clip for other in others)) if isinstance(one, Motion)):
+        return _describe_carried(clip, others)
     return _MotionDescriber(clip, others, options, unit).column()
+
+
+def _describe_carried(clip: Motion, others: Sequence[Counterpart]) -> Column:
+    """Describe what moves as one by its path and its turn: its pose in any space of its own never changes."""
+    own = path_signal(clip)
+    signals = []
+    for other in others:
+        if other.mirror:
+            raise other.fault(f"{other.label} moves as one and can't be mirrored: it has no left and right")
+        assert isinstance(other.clip, Motion)
+        signals.append(own if other.clip is clip else path_signal(other.clip))
+    options = path_options(signals)
+    paths = [replace(other, clip=signal, joint_map={}) for other, signal in zip(others, signals, strict=True)]
+    return _describe_signal(own, paths, options)
 
 
 def _describe_signal(clip: Signal, others: Sequence[Counterpart], options: PoseOptions) -> Column:
