@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import subprocess
 import sys
 from pathlib import Path
 
@@ -52,3 +53,75 @@ def test_a_circle_of_links_is_refused_and_stays(tmp_path: Path, overwrite: bool)
 def test_a_name_with_a_nul_is_no_path() -> None:
     with pytest.raises(OptionError, match="no file can have such a name"):
         resolved("a\0b")
+
+
+WRITER = """
+import os, sys
+from retime.files import write_bytes
+def parts():
+    yield b"begun"
+    print("writing", flush=True)
+    sys.stdin.readline()
+    yield b" and done"
+write_bytes(sys.argv[1], parts(), overwrite=True)
+"""
+
+
+def begun(place: Path) -> subprocess.Popen[str]:
+    """Start a process that is in the middle of writing a file."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(place)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "writing\n"
+    return process
+
+
+def age(path: Path, seconds: float) -> None:
+    then = path.stat().st_mtime - seconds
+    os.utime(path, (then, then))
+
+
+def test_what_dead_writers_left_is_removed_and_what_living_ones_write_is_not(tmp_path: Path) -> None:
+    dead, living = begun(tmp_path / "dead.bvh"), None
+    try:
+        (left,) = tmp_path.glob(".retime-*.tmp")
+        dead.kill()
+        dead.wait(30)
+        fresh = tmp_path / f".retime-{'0' * 16}.tmp"
+        fresh.write_bytes(b"a moment ago")
+        living = begun(tmp_path / "living.bvh")
+        (written,) = set(tmp_path.glob(".retime-*.tmp")) - {left, fresh}
+        # None of these is a file that write_bytes makes.
+        strangers = [tmp_path / name for name in (".retime-notes.tmp", f"x.retime-{'1' * 16}.tmp")]
+        for path in strangers:
+            path.write_bytes(b"a person's")
+        link = tmp_path / f".retime-{'2' * 16}.tmp"
+        link.symlink_to(strangers[0])
+        for path in (left, written, *strangers):
+            age(path, 3600)
+        write_bytes(tmp_path / "out.bvh", b"new", overwrite=False)
+        assert not left.exists()
+        assert all(path.exists() for path in (fresh, written, *strangers))
+        assert link.is_symlink()
+        living.communicate("\n", timeout=30)
+        assert living.returncode == 0
+        assert (tmp_path / "living.bvh").read_bytes() == b"begun and done"
+    finally:
+        for process in (dead, living):
+            if process is not None:
+                process.kill()
+                process.communicate()
+
+
+def test_a_folder_that_can_not_be_tidied_is_written_to(tmp_path: Path, monkeypatch) -> None:
+    left = tmp_path / f".retime-{'0' * 16}.tmp"
+    left.write_bytes(b"")
+    age(left, 3600)
+
+    def refused(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    write_bytes(tmp_path / "out.bvh", b"new", overwrite=True)
+    assert (tmp_path / "out.bvh").read_bytes() == b"new"

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import re
 import secrets
 import stat
+import time
 from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
+from typing import BinaryIO
 
 from retime.errors import FormatError, OptionError, OutputExistsError
 
 MOST_BYTES = 1 << 30
 """Of a file that is read, where nobody says otherwise."""
+
+_BESIDE = re.compile(r"\.retime-[0-9a-f]{16}\.tmp")
+# Seconds since the last byte was written, before a file that nobody holds is taken for a dead writer's.
+_LEFT_ALONE = 600.0
+# Folders that were looked at in this run.
+_tidied: set[Path] = set()
 
 
 def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
@@ -70,9 +80,10 @@ def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, ov
     # Follow a symbolic link, so that the rename replaces the file it means and not the link.
     place = resolved(path)
     _check_regular(place, path)
-    beside = place.with_name(f".retime-{secrets.token_hex(8)}.tmp")
+    beside = name_beside(place)
     try:
         with beside.open("xb") as file:
+            _mark_as_alive(file)
             for part in (parts,) if isinstance(parts, bytes) else parts:
                 file.write(part)
             file.flush()
@@ -87,6 +98,49 @@ def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, ov
         beside.unlink(missing_ok=True)
         raise
     sync_folder(place.parent)
+
+
+def name_beside(place: Path) -> Path:
+    """Return a name in a file's folder, free but for chance, to write under before the file is replaced.
+
+    What writers who died have left in the folder under such names is removed, once in a run for each folder.
+    """
+    if place.parent not in _tidied:
+        _tidied.add(place.parent)
+        with contextlib.suppress(OSError):
+            _remove_left_overs(place.parent)
+    return place.with_name(f".retime-{secrets.token_hex(8)}.tmp")
+
+
+def _mark_as_alive(file: BinaryIO) -> None:
+    """Have the system say, for as long as this process lives, that a file is being written; not every one can."""
+    with contextlib.suppress(ImportError, OSError):
+        import fcntl
+
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _remove_left_overs(folder: Path) -> None:
+    """Remove what nobody has written to for a while, and whose writer has died."""
+    try:
+        import fcntl
+    except ImportError:
+        # Without such locks nobody knows whether the writer lives.
+        return
+    with os.scandir(folder) as entries:
+        names = [entry.name for entry in entries if _BESIDE.fullmatch(entry.name)]
+    for name in names:
+        place = folder / name
+        with contextlib.suppress(OSError):
+            status = place.lstat()
+            if not stat.S_ISREG(status.st_mode) or time.time() - status.st_mtime < _LEFT_ALONE:
+                continue
+            handle = os.open(place, os.O_RDONLY | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                place.unlink()
+            finally:
+                os.close(handle)
 
 
 def resolved(path: str | PathLike[str]) -> Path:

@@ -330,3 +330,18 @@ def test_a_deep_skeleton(tmp_path: Path) -> None:
     skeleton = Skeleton(tuple(f"j{i}" for i in range(depth)), (-1, *range(depth - 1)), np.ones((depth, 3)))
     write(Motion(skeleton, rotation.identity(1, depth)), tmp_path / "deep.bvh")
     assert (tmp_path / "deep.bvh").read_bytes().count(b"}") == depth
+
+
+def test_angles_of_billions_of_turns_come_back(tmp_path: Path) -> None:
+    text = (
+        "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Yrotation Xrotation\n"
+        "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.033333\n90 0 5e26\n0 -7e15 1e9\n"
+    )
+    (tmp_path / "a.bvh").write_text(text)
+    motion = read(tmp_path / "a.bvh")
+    angles = [[90, 0, int(5e26) % 360], [0, -int(7e15) % 360, 10**9 % 360]]
+    expected = rotation.from_euler("ZYX", np.deg2rad(np.array(angles, dtype=float)))
+    assert np.rad2deg(angle_between(motion.rotations[:, 0], expected)).max() < 1e-6
+    write(motion, tmp_path / "b.bvh")
+    again = read(tmp_path / "b.bvh")
+    assert np.rad2deg(angle_between(motion.rotations, again.rotations)).max() < 1e-6

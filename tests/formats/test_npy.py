@@ -501,3 +501,14 @@ def test_an_archive_keeps_what_channels_hold(tmp_path: Path) -> None:
     assert np.array_equal(after.values, before.values, equal_nan=True)
     with pytest.raises(FormatError, match="'x' at frame 1 is not finite: nan; --gaps bridge fills gaps"):
         read(tmp_path / "kept.npz")
+
+
+def test_a_damaged_archive_is_not_quoted_at_length(tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "whole.npz", values=np.arange(6000.0).reshape(-1, 3), rate=30)
+    data = bytearray((tmp_path / "whole.npz").read_bytes())
+    # The first local header claims a name of 3,000 bytes, which zipfile quotes.
+    data[26:28] = struct.pack("<H", 3000)
+    (tmp_path / "broken.npz").write_bytes(data)
+    with pytest.raises(FormatError, match=r"a damaged zip archive: File name in directory .*\.\.\.$") as refused:
+        read(tmp_path / "broken.npz")
+    assert len(refused.value.problem) < 200

@@ -232,3 +232,21 @@ class TestMean:
     def test_weights_that_are_all_zero_are_refused(self) -> None:
         with pytest.raises(ZeroDivisionError, match="length 0"):
             rotation.mean(rotation.identity(3), np.zeros(3))
+
+
+@given(st.floats(-1e100, 1e100))
+@example(5e26)
+@example(1e6)
+@example(-720.25)
+def test_large_angles_are_those_that_their_file_says(angle: float) -> None:
+    whole, part = int(angle), angle - int(angle)
+    exact = np.deg2rad(whole % 360 + part)
+    for function in (np.sin, np.cos):
+        np.testing.assert_allclose(function(rotation.radians(angle)), function(exact), atol=1e-9)
+        np.testing.assert_allclose(function(rotation.radians(angle, degrees=False)), function(angle), atol=1e-9)
+    if abs(angle) <= 1e6:
+        # Wound up on purpose, perhaps; and what was read so far stays as it was, to the bit.
+        assert rotation.radians(angle) == np.deg2rad(angle)
+    elif abs(angle) > 2e6:
+        assert abs(rotation.radians(angle)) <= 2 * np.pi
+        assert abs(rotation.radians(angle, degrees=False)) <= np.pi

@@ -135,8 +135,7 @@ def _pose(asf: Asf, values: list[FloatArray], *, degrees: bool) -> tuple[FloatAr
             with np.errstate(over="ignore", invalid="ignore"):
                 place = place + rotation.rotate(asf.before[joint], shift)
         translations[:, joint] = place
-        turned = values[joint][:, turns]
-        turned = np.deg2rad(turned) if degrees else turned
+        turned = rotation.radians(values[joint][:, turns], degrees=degrees)
         angles[:, joint, : len(turns)] = turned
         rotations[:, joint] = compose_turns(asf, joint, turned)
     return rotations, translations, angles

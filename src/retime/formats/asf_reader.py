@@ -355,7 +355,5 @@ class _Parser:
         )
 
     def axes(self, bone: _Bone) -> FloatArray:
-        angles = np.array(bone.axis[::-1])
-        if self.degrees:
-            angles = np.deg2rad(angles)
+        angles = rotation.radians(bone.axis[::-1], degrees=self.degrees)
         return rotation.from_euler(bone.axis_order[::-1], angles)

@@ -108,7 +108,7 @@ def _motion(hierarchy: Hierarchy, frames: Frames, name: str) -> Motion:
     for start in range(0, len(frames.values), _ROWS):
         rows = slice(start, start + _ROWS)
         for turns in layout.turns:
-            radians = np.deg2rad(turns.take(frames.values[rows]))
+            radians = rotation.radians(turns.take(frames.values[rows]))
             angles[rows, turns.joints, : len(turns.order)] = radians
             rotations[rows, turns.joints] = rotation.from_euler(turns.order, radians)
     return Motion(

@@ -66,6 +66,8 @@ _POINT_NAMES = ("joint_names", "joints_names", "keypoint_names", "point_names", 
 _USUAL = (("values",), ("poses", "trans"), ("poses",))
 # Fours of numbers are rotations where none is further from length 1.
 _UNIT_LENGTH = 0.02
+# Letters of a library's own message that are passed on.
+_MOST_QUOTED = 160
 
 
 @dataclass(frozen=True)
@@ -379,6 +381,12 @@ def _texts(path: Path, what: str, array: _Array) -> list[str]:
         raise FormatError(f"{what} hold no text: {error.reason}", path=path) from None
 
 
+def _brief(error: Exception) -> str:
+    """Say what a library found, without the kilobytes of the file that it may quote."""
+    words = str(error)
+    return words if len(words) <= _MOST_QUOTED else words[:_MOST_QUOTED] + "..."
+
+
 def _members(path: Path, data: bytes, options: ReadOptions) -> tuple[dict[str, _Array], tuple[str, ...]]:
     """Read the arrays of an archive that matter, and say which of them are the frames."""
     arrays: dict[str, _Array] = {}
@@ -403,11 +411,11 @@ def _members(path: Path, data: bytes, options: ReadOptions) -> tuple[dict[str, _
                 if name not in arrays:
                     arrays[name] = parse(name)
     except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError) as error:
-        raise FormatError(f"a damaged zip archive: {error}", path=path) from None
+        raise FormatError(f"a damaged zip archive: {_brief(error)}", path=path) from None
     except (RuntimeError, ValueError, OverflowError, OSError) as error:
         if isinstance(error, FormatError):
             raise
-        raise FormatError(f"a zip archive that can't be read: {error}", path=path) from None
+        raise FormatError(f"a zip archive that can't be read: {_brief(error)}", path=path) from None
     return arrays, meant
 
 

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike
 from retime.arrays import FloatArray
 
 _AXIS = {"X": 0, "Y": 1, "Z": 2}
+# Up to here the radians of an angle are as exact as the angle, and it may be wound up on purpose.
+_MANY_DEGREES = 1e6
 
 
 def identity(*shape: int) -> FloatArray:
@@ -120,6 +122,32 @@ def _slerp_rows(a: FloatArray, b: FloatArray, share: FloatArray) -> FloatArray:
 def _length(rows: FloatArray) -> FloatArray:
     rows *= rows
     return np.asarray(np.sqrt(rows[0] + rows[1] + rows[2] + rows[3]))
+
+
+def radians(angles: ArrayLike, *, degrees: bool = True) -> FloatArray:
+    """Return a file's angles in radians; of very large ones whole turns are left out.
+
+    Leaving out turns of 360 degrees is exact, and so is what the sine and cosine make of radians. The radians of 5e26
+    degrees, or the degrees of so many radians, would be rounded by more than a turn.
+
+    Parameters
+    ----------
+    angles : float array
+        As the file has them.
+    degrees : bool
+        What they are in; if not, in radians.
+
+    Examples
+    --------
+    >>> int(5e26) % 360, round(float(np.rad2deg(radians(5e26))), 9)
+    (176, 176.0)
+    """
+    angles = np.asarray(angles, dtype=np.float64)
+    large = np.abs(angles) > (_MANY_DEGREES if degrees else np.deg2rad(_MANY_DEGREES))
+    if np.any(large):
+        few = np.fmod(angles, 360.0) if degrees else np.arctan2(np.sin(angles), np.cos(angles))
+        angles = np.where(large, few, angles)
+    return np.deg2rad(angles) if degrees else angles
 
 
 def about_axis(axis: int, angle: ArrayLike) -> FloatArray:

@@ -12,7 +12,6 @@ import errno
 import itertools
 import json
 import os
-import secrets
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from retime.errors import FormatError, OptionError
-from retime.files import read_bytes, sync_folder
+from retime.files import name_beside, read_bytes, sync_folder
 from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import Document
 from retime.project.file import read_warps
@@ -218,7 +217,7 @@ class Journal:
         ]
         lines += [{"did": "undo"}] * len(history.undone)
         data = b"".join(map(_line, lines))
-        beside = self.path.with_name(f".retime-{secrets.token_hex(8)}.tmp")
+        beside = name_beside(self.path)
         try:
             file = beside.open("xb", buffering=0)
             try:
