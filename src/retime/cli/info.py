@@ -129,6 +129,15 @@ def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
     if not isinstance(clip, Motion):
         return {
             **document,
+            "table": clip.dialect,
+            "clock": {
+                "column": clip.time_column,
+                "form": clip.clock.form,
+                "start": clip.start_time,
+                "said": str(clip.clock),
+            }
+            if clip.time_column
+            else None,
             "channels": len(clip.names),
             "channel_names": list(clip.names),
             "kinds": [str(kind) for kind in clip.kinds],
@@ -169,6 +178,10 @@ def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
         ("length", f"{clip['seconds']:.3f} s"),
     ]
     if clip["holds"] == "signal":
+        if clip["table"]:
+            rows.insert(1, ("table", clip["table"]))
+        if clip["clock"]:
+            rows.append(("clock", f"{clip['clock']['column']}: {clip['clock']['said']}"))
         return [*rows, ("channels", f"{clip['channels']}: {', '.join(clip['channel_names'])}"), *_kind_rows(clip)]
     if clip["channels"] is not None:
         rows.append(("channels", str(clip["channels"])))

@@ -1,8 +1,9 @@
-"""CSV: a signal as a table, a row for each frame and a column for each channel.
+"""Tables of text: a signal as a row for each frame and a column for each channel.
 
-The first row names the columns; where it is all numbers there is no such row, and they are called c0, c1 ... A column
-called time, t, seconds or timestamp gives the rate and is no channel, and neither is one called frame that counts up by
-one. Fields are separated by commas, semicolons or tabs, whichever the first line uses.
+The first row names the columns; where it is all numbers there is no such row, and they are called c0, c1 ... Programs
+write more above their rows, and `retime.formats.tables` reads that. A column of times gives the rate and is no channel,
+and neither is one called frame that counts up by one. Fields are separated by commas, semicolons or tabs, whichever the
+first line uses.
 
 A spreadsheet takes a field that begins with ``=``, ``+``, ``-`` or ``@`` for a formula. Names that do are written with
 an apostrophe before them, which reading takes off again.
@@ -16,6 +17,7 @@ import re
 import warnings
 from array import array
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from io import BytesIO, StringIO
 from itertools import islice
@@ -31,14 +33,20 @@ from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_rows import parse_rows
 from retime.formats.number_text import NumberTextError, parse_number
 from retime.formats.read_options import ReadOptions
+from retime.formats.tables import Head, Layout, find_layout
+from retime.formats.tables.layout import Row
+from retime.formats.tables.time_column import TimeColumn, TimesError, numeric_times, text_times
+from retime.formats.tables.time_names import form_of_name, is_frame_name, is_time_name
+from retime.formats.tables.time_text import form_of_text
+from retime.formats.tables.time_writer import time_texts
 from retime.formats.text_lines import without_byte_order_mark, without_end_padding
 from retime.motion.any_motion import AnyMotion
-from retime.motion.channels import ChannelKind, text_label
-from retime.motion.rate import rate_from_step
-from retime.motion.signal import Signal, numbered_names
+from retime.motion.blending import Places, blended
+from retime.motion.channels import ChannelKind, matching, text_label
+from retime.motion.clock import Clock, ClockForm
+from retime.motion.signal import Signal
 
 TIME_NAMES = ("time", "t", "seconds", "timestamp")
-_FRAME_NAME = "frame"
 _FORMULA = re.compile(r"[\s']*[=+\-@]")
 _ESCAPED = re.compile(r"'[\s']*[=+\-@]")
 # Rows are parsed in pieces of this size: parsing takes several times the memory of its text.
@@ -49,6 +57,13 @@ _GAPS = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none"}
 _LIKE_A_NUMBER = re.compile(r"[+-]?[.,]?\d|[+-]?(nan|inf|infinity)$", re.IGNORECASE)
 # By so many rows it is told which columns are text.
 _ROWS_TO_TELL = 1000
+# So many rows, and bytes, may stand above the numbers.
+_HEAD_ROWS = 40
+_HEAD_BYTES = 1 << 22
+_SEPARATOR = re.compile(rb"\s*\"?sep=([^\n])\"?[ \t]*\n", re.IGNORECASE)
+_RATE_HINT = "; a rate that is given (--fps) takes the rows as even"
+# Later than this many seconds is no clip: times count from some day.
+_LONGEST_CLIP = 10**7
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
@@ -119,9 +134,16 @@ class _Table:
             self.encoding = "utf-8"
         except UnicodeDecodeError:
             self.encoding = "cp1252"
-        self.delimiter = self.find_delimiter()
-        self.body, self.body_line = 0, 1
-        self.names = self.header()
+        # A spreadsheet's own first line, which says what parts the cells.
+        said = _SEPARATOR.match(data)
+        self.body = 0 if said is None else said.end()
+        self.body_line = 1 + data.count(b"\n", 0, self.body)
+        self.delimiter = self.find_delimiter() if said is None else said[1].decode("latin-1")
+        self.layout = self.header()
+        self.names = self.layout.names
+        # Columns that may hold times, the likeliest first, each with the form of its text ("" of numbers).
+        self.clocks = self.find_clocks()
+        self.time_texts: dict[int, list[str]] = {column: [] for column, form in self.clocks.items() if form}
         self.values = np.empty((0, len(self.names)))
         # Columns of text, found where a row is first met that is not all numbers; and the texts of each.
         self.texts: dict[int, list[str]] | None = None
@@ -155,6 +177,11 @@ class _Table:
                 offset += len(line)
                 yield line.decode(self.encoding, "replace")
 
+        if self.delimiter == " ":
+            for number, text in enumerate(lines(), first_line):
+                if fields := text.split():
+                    yield number, offset, fields
+            return
         reader = csv.reader(lines(), delimiter=self.delimiter, strict=True)
         before = 0
         while True:
@@ -169,36 +196,77 @@ class _Table:
                 yield first_line + before, offset, fields
             before = reader.line_num
 
-    def header(self) -> list[str]:
-        line, offset, fields = next(self.rows(self.data, 1), (1, 0, []))
-        if not fields:
+    def header(self) -> Layout:
+        """Read what stands above the rows of numbers; leave the body behind it."""
+        begin, begin_line = self.body, self.body_line
+        rows = []
+        try:
+            head = self.rows(self.data[begin : begin + _HEAD_BYTES], begin_line)
+            for line, offset, fields in islice(head, _HEAD_ROWS):
+                rows.append(Row(line, begin + offset, tuple(fields)))
+        except FormatError:
+            # What is wrong below the first row is said when it is reached, and what is above may be kept (--repair).
+            if not rows:
+                raise
+        if not rows:
             raise self.error(None, "the file is blank; expected a table of numbers")
-        if len(fields) > self.options.limits.channels:
+        layout = find_layout(Head(tuple(rows), self.delimiter, self.numeric, self.error))
+        self.delimiter = layout.delimiter
+        n_columns, limits = len(layout.names), self.options.limits
+        if n_columns > limits.channels:
             raise self.error(
-                line, f"{len(fields)} columns, the limit is {self.options.limits.channels} (Limits.channels)"
+                layout.names_line, f"{n_columns} columns, the limit is {limits.channels} (Limits.channels)"
             )
-        if all(self.numeric(field) for field in fields):
-            return list(numbered_names(len(fields)))
-        self.body = offset
-        self.body_line = 1 + self.data.count(b"\n", 0, offset)
-        names = []
+        if layout.start:
+            self.body = layout.start
+            self.body_line = 1 + self.data.count(b"\n", 0, self.body)
         columns: dict[str, int] = {}
-        for i, field in enumerate(fields, 1):
-            name = field[1:] if _ESCAPED.match(field) else field
-            if not name:
-                raise self.error(line, f"column {i} of {len(fields)} has no name")
-            if len(name.encode()) > self.options.limits.name_bytes:
+        for i, name in enumerate(layout.names, 1):
+            if not name and i - 1 not in layout.left_out:
+                raise self.unnamed(layout, i)
+            if len(name.encode()) > limits.name_bytes:
                 raise self.error(
-                    line,
-                    f"the name of column {i} is longer than {self.options.limits.name_bytes} bytes (Limits.name_bytes)",
+                    layout.names_line,
+                    f"the name of column {i} is longer than {limits.name_bytes} bytes (Limits.name_bytes)",
                 )
             if name in columns:
                 raise self.error(
-                    line, f"columns {columns[name]} and {i} are both called {name!r}; each needs its own name"
+                    layout.names_line,
+                    f"columns {columns[name]} and {i} are both called {name!r}; each needs its own name",
                 )
             columns[name] = i
-            names.append(name)
-        return names
+        return layout
+
+    def unnamed(self, layout: Layout, column: int) -> FormatError:
+        return self.error(layout.names_line, f"column {column} of {len(layout.names)} has no name")
+
+    def first_row(self) -> list[str]:
+        """Return the cells of the first row of numbers, if there is one."""
+        for _, _, fields in self.rows(self.data[self.body : self.body + _HEAD_BYTES], self.body_line):
+            return fields
+        return []
+
+    def find_clocks(self) -> dict[int, ClockForm | str]:
+        """Find columns that may hold times, by what was said, their names, and their first cell."""
+        first = self.first_row()
+        if self.layout.clock is not None:
+            columns = [self.layout.clock]
+        else:
+            said = [
+                place
+                for pattern, kind in self.options.channels.items()
+                if kind.kind == "time" and kind.unit != "frames"
+                for place in matching(pattern, self.names)
+            ]
+            named = [place for place, name in enumerate(self.names) if is_time_name(name)]
+            columns = list(dict.fromkeys([*said, *named]))
+            if 0 in self.layout.left_out and first and form_of_text(first[0]):
+                columns.append(0)
+        found: dict[int, ClockForm | str] = {}
+        for column in columns:
+            cell = first[column] if column < len(first) else ""
+            found[column] = "" if self.numeric(cell) else form_of_text(cell) or ""
+        return found
 
     def numeric(self, field: str) -> bool:
         """Whether a field of the first row is meant as a number, be it one that is refused later."""
@@ -218,10 +286,12 @@ class _Table:
         while start < len(self.data):
             stop = self.data.find(b"\n", start + _PIECE_BYTES) + 1 or len(self.data)
             piece = self.data[start:stop]
+            # A delimiter at the end of a row begins no cell where the layout says so.
+            ends = rb"%b+(?= *(?:\n|$))" % re.escape(self.delimiter.encode())
             rows = parse_rows(
-                piece,
+                re.sub(ends, b"", piece) if self.layout.extra else piece,
                 len(self.names),
-                delimiter=self.delimiter,
+                delimiter=self.delimiter.strip(" "),
                 decimal_comma=self.options.decimal_comma,
                 # The limit counts the line's end too.
                 line_bytes=self.options.limits.line_bytes - 1,
@@ -242,6 +312,9 @@ class _Table:
         if not n_rows:
             raise self.error(line, "the table ends after its names; expected rows of numbers")
         self.values = np.concatenate(pieces)
+        claimed = self.layout.n_frames
+        if claimed is not None and claimed != n_rows and not notes:
+            notes.append(f"{claimed} rows claimed, {n_rows} there; kept all {n_rows}")
         return notes
 
     def careful_rows(self, piece: bytes, first_line: int) -> tuple[FloatArray, FormatError | None]:
@@ -253,6 +326,8 @@ class _Table:
             self.texts = {column: [] for column in self.text_columns(piece, first_line)}
         try:
             for line, _, fields in self.rows(piece, first_line):
+                while self.layout.extra and len(fields) > n_columns and not fields[-1]:
+                    fields.pop()
                 if len(fields) != n_columns:
                     raise self.error(
                         line,
@@ -265,6 +340,15 @@ class _Table:
         return np.array(values).reshape(-1, n_columns), failure
 
     def number(self, line: int, column: int, field: str) -> float:
+        if column in self.time_texts:
+            if form_of_text(field) != self.clocks[column]:
+                raise self.error(
+                    line,
+                    f"column {self.names[column]!r}: expected a {self.clocks[column]}, as in the first row; found "
+                    f"{field[:40]!r}",
+                )
+            self.time_texts[column].append(field)
+            return 0.0
         if self.texts and column in self.texts:
             self.texts[column].append(field[1:] if _ESCAPED.match(field) else field)
             return 0.0
@@ -272,7 +356,7 @@ class _Table:
             return parse_number(field.encode(), decimal_comma=self.options.decimal_comma)
         except NumberTextError as error:
             if field.lower() in _GAPS:
-                if self.options.gaps is not None and self.names[column].lower() not in TIME_NAMES:
+                if self.options.gaps is not None and column not in self.clocks:
                     return math.nan
                 problem = error.problem if field else "expected a number, found nothing"
                 raise self.error(line, f"column {self.names[column]!r}: {problem}; {GAPS_HINT}") from None
@@ -282,14 +366,10 @@ class _Table:
         """Find columns that hold text: words in two rows at least, and no number, as far as the first rows tell."""
         rows = [fields for _, _, fields in islice(self.rows(piece, first_line), _ROWS_TO_TELL)]
         found = []
-        for column, name in enumerate(self.names):
-            cells = [fields[column] for fields in rows if len(fields) == len(self.names)]
+        for column in range(len(self.names)):
+            cells = [fields[column] for fields in rows if len(fields) >= len(self.names)]
             words = [cell for cell in cells if cell.lower() not in _GAPS]
-            if (
-                len(words) > 1
-                and name.lower() not in TIME_NAMES
-                and not any(_LIKE_A_NUMBER.match(cell) for cell in words)
-            ):
+            if len(words) > 1 and column not in self.clocks and not any(_LIKE_A_NUMBER.match(cell) for cell in words):
                 found.append(column)
         # A table of text alone is none of what is read here.
         return found if len(found) < len(self.names) else []
@@ -303,79 +383,154 @@ class _Table:
 
     def signal(self) -> Signal:
         """Make a signal of what was read."""
-        lower = [name.lower() for name in self.names]
-        time = next((i for i, name in enumerate(lower) if name in TIME_NAMES), None)
-        frame = lower.index(_FRAME_NAME) if _FRAME_NAME in lower else None
-        if frame is not None and (len(lower) - (time is not None) < 2 or not _counts_up(self.values[:, frame])):
-            frame = None
-        rate = self.options.rate
-        if rate is None:
-            if time is None:
-                raise self.error(
-                    None,
-                    f"the table has no column of times ({', '.join(TIME_NAMES)}), so its rate must be given (--fps)",
-                )
-            rate = self.rate_of(time)
-        kept = [i for i in range(len(lower)) if i not in (time, frame)]
+        columns = {place: self.time_column(place) for place in self.clocks}
+        time = self.choose_clock(columns)
+        frame = self.frame_column(time)
+        clock = None if time is None else columns[time]
+        rate, places = self.timing(clock)
+        # Another column that says the same time is left out: retimed, the two would disagree.
+        same = {place for place, other in columns.items() if clock is not None and other.agrees_with(clock)}
+        dropped = {time, frame, *same, *self.time_texts, *self.layout.left_out}
+        kept = [i for i in range(len(self.names)) if i not in dropped]
         if not kept:
             raise self.error(None, f"the table has no column beside {self.names[time or 0]!r}")
-        first_frame = None if time is None else _whole(float(self.values[0, time]) * float(rate))
-        if first_frame is None:
-            first_frame = 0 if frame is None else int(self.values[0, frame])
-        known = {}
+        known = {kept.index(column): kind for column, kind in self.layout.kinds.items() if column in kept}
         for column, texts in (self.texts or {}).items():
-            self.values[:, column], known[kept.index(column)] = text_label(texts[: len(self.values)])
-        return make_signal(
+            if column in kept:
+                self.values[:, column], known[kept.index(column)] = text_label(texts[: len(self.values)])
+        number = 0 if frame is None else int(self.values[0, frame])
+        named, written = ("", Clock()) if clock is None else (clock.name, clock.clock)
+        if clock is None and frame is not None and self.names[frame]:
+            named, written = self.names[frame], Clock("frames", Fraction(number) / rate, str(number))
+        signal = make_signal(
             self.path,
             [self.names[i] for i in kept],
             np.ascontiguousarray(self.values[:, kept]),
             rate,
             self.options,
             known,
-            time_column="" if time is None else self.names[time],
-            first_frame=first_frame,
+            time_column=named,
+            first_frame=number if clock is None else _first_frame(clock, rate, number),
+            clock=written,
+            dialect=self.layout.dialect,
         )
+        if places is None:
+            return signal
+        return replace(signal, values=blended(signal.values, signal.names, signal.kinds, places))
 
-    def rate_of(self, column: int) -> Fraction:
-        """Find the rate of a column of times, which must be even."""
-        times, name = self.values[:, column], self.names[column]
-        hint = "; a rate that is given (--fps) takes the rows as even"
-        if len(times) == 1:
-            raise self.error(None, f"a single row's {name!r} gives no rate, so it must be given (--fps)")
-        far = np.flatnonzero(~(np.abs(times) < 2.0**53))
-        if len(far):
-            row = int(far[0])
-            raise self.error(
-                self.line_of_row(row), f"row {row + 1}: {name!r} is {times[row]:.6g}, too large for a time{hint}"
-            )
-        steps = np.diff(times)
-        back = np.flatnonzero(~(steps > 0))
-        if len(back):
-            row = int(back[0]) + 1
-            raise self.error(
-                self.line_of_row(row),
-                f"row {row + 1}: {name!r} goes from {times[row - 1]:.10g} to {times[row]:.10g}; times must "
-                f"increase{hint}",
-            )
-        step = float((times[-1] - times[0]) / (len(times) - 1))
-        off = np.abs(steps - step)
-        unit = _unit(times, self.decimals(column))
-        if off.max() > max(0.01 * step, min(2 * unit, 0.75 * step)):
-            row = int(off.argmax()) + 1
-            raise self.error(
-                self.line_of_row(row),
-                f"row {row + 1}: {name!r} goes from {times[row - 1]:.10g} to {times[row]:.10g}, a step of "
-                f"{steps[row - 1]:.6g} where the mean is {step:.6g}; times must be even{hint}",
-            )
-        rate = _rate(times, unit)
-        if rate is None:
-            raise self.error(None, f"the mean step of {name!r}, {step:.6g} s, gives no rate of 0.000001 to 1,000,000")
-        return rate
+    def time_column(self, column: int) -> TimeColumn:
+        """Take a column for times."""
+        name = self.layout.clock_name or self.names[column] or "time"
+        if column in self.time_texts:
+            texts = self.time_texts[column][: len(self.values)]
+            form: ClockForm = "timecode" if self.clocks[column] == "timecode" else "date"
+            return text_times(name, texts, form, self.options.rate)
+        times = np.array(self.values[:, column])
+        return numeric_times(name, times, self.first_row()[column].replace(",", "."), self.known_form(column))
 
-    def decimals(self, column: int) -> int:
-        """Count the decimals of a column in the first row, for times such as 0.50 and 1.00 that don't show them all."""
-        _, _, fields = next(self.rows(self.data[self.body :], self.body_line))
-        return len(re.sub("[eE].*", "", fields[column].replace(",", ".")).partition(".")[2])
+    def known_form(self, column: int) -> ClockForm | None:
+        """Say in what a column of times counts, where somebody said it: a person, the head, or its name."""
+        name = self.names[column]
+        for pattern, kind in self.options.channels.items():
+            if kind.kind == "time" and matching(pattern, [name]):
+                return "ms" if kind.unit == "ms" else "us" if kind.unit == "us" else "s"
+        return self.layout.clock_form or form_of_name(name)
+
+    def choose_clock(self, columns: dict[int, TimeColumn]) -> int | None:
+        """Choose the first column of times that rise; or one that should and doesn't, for its error."""
+        for place, column in columns.items():
+            if column.rises:
+                return place
+        usual = (place for place in columns if self.names[place].lower() in TIME_NAMES)
+        return next(usual, None if self.options.rate is not None else next(iter(columns), None))
+
+    def frame_column(self, time: int | None) -> int | None:
+        """Find the column that numbers frames, if one counts up; raise FormatError where one without a name doesn't."""
+        if 0 in self.layout.left_out and not self.names[0] and time != 0:
+            if len(self.values) < 2 or not _counts_up(self.values[:, 0]):
+                raise self.unnamed(self.layout, 1)
+            return 0
+        if len(self.names) - (time is not None) < 2:
+            return None
+        frames = [i for i, name in enumerate(self.names) if is_frame_name(name) and i != time]
+        return next((i for i in frames if _counts_up(self.values[:, i])), None)
+
+    def timing(self, clock: TimeColumn | None) -> tuple[Fraction, Places | None]:
+        """Find the rate, and where between the rows frames are, if the rows are not even."""
+        given = self.options.rate
+        if clock is None:
+            given = given or self.layout.rate
+            if given is None:
+                raise self.error(
+                    None,
+                    f"the table has no column of times ({', '.join(TIME_NAMES)}), so its rate must be given (--fps)",
+                )
+            return given, None
+        try:
+            clock.check(_RATE_HINT)
+            even = clock.even
+            rate = given or (self.declared_rate(clock.rate()) if even else self.layout.rate or clock.usual_rate())
+        except TimesError as error:
+            if given is not None:
+                return given, None
+            raise self.error(None if error.row is None else self.line_of_row(error.row), error.problem) from None
+        self.say_form(clock)
+        return rate, None if even else self.even_places(clock, rate)
+
+    def declared_rate(self, measured: Fraction) -> Fraction:
+        """Prefer the rate that the head says, where the times don't contradict it."""
+        declared = self.layout.rate
+        return measured if declared is None or abs(declared / measured - 1) > Fraction(1, 200) else declared
+
+    def say_form(self, clock: TimeColumn) -> None:
+        """Say it, where only the size of times told in what they count."""
+        form = clock.clock.form
+        if form not in ("ms", "us", "ns"):
+            return
+        column = next(place for place in self.clocks if self.names[place] == clock.name or self.layout.clock_name)
+        if self.known_form(column) is None:
+            what = str(clock.clock).partition(",")[0]
+            warnings.warn(
+                f"{self.path}: {clock.name!r} is taken for {what}, by the size of its numbers (--channel "
+                f"'{clock.name}=time:s' takes it for seconds)",
+                FormatWarning,
+                stacklevel=4,
+            )
+
+    def even_places(self, clock: TimeColumn, rate: Fraction) -> Places:
+        """Say where between the rows frames lie that are made at an even rate, and warn that they are made."""
+        at = (clock.times - clock.times[0]) / clock.ticks
+        n_frames = math.floor(at[-1] * float(rate) * (1 + 1e-12)) + 1
+        if n_frames > self.options.limits.frames:
+            raise self.error(
+                None,
+                f"{clock.name!r} goes over {at[-1]:.6g} s, {n_frames} frames at {float(rate):.6g} Hz, the limit is "
+                f"{self.options.limits.frames} (Limits.frames)",
+            )
+        steps = np.diff(at)
+        warnings.warn(
+            f"{self.path}: the times in {clock.name!r} are uneven, {steps.min():.4g} to {steps.max():.4g} s apart (the "
+            f"longest step ends at line {self.line_of_row(int(steps.argmax()) + 1)}); {n_frames} frames were made of "
+            f"{len(at)} rows, where they stand in time, at {float(rate):.6g} Hz (--fps R makes another rate)",
+            FormatWarning,
+            stacklevel=4,
+        )
+        times = np.arange(n_frames) * rate.denominator / rate.numerator
+        before = np.clip(np.searchsorted(at, times, side="right") - 1, 0, len(at) - 2)
+        share = np.clip((times - at[before]) / steps[before], 0.0, 1.0)
+        whole = share == 1.0
+        return np.where(whole, before + 1, before), before + 1, np.where(whole, 0.0, share)
+
+
+def _first_frame(clock: TimeColumn, rate: Fraction, numbered: int) -> int:
+    """Give the first frame the number that its time is, where that is whole and a clip's; else that of its file."""
+    start = clock.clock.start
+    if start is None or clock.clock.form in ("timecode", "date") or abs(start) > _LONGEST_CLIP:
+        return numbered
+    # As far as the last decimal tells.
+    off = min(0.2, max(0.01, clock.unit / clock.ticks * float(rate)))
+    whole = _whole(float(start * rate), off)
+    return numbered if whole is None else whole
 
 
 def _counts_up(values: FloatArray) -> bool:
@@ -384,34 +539,11 @@ def _counts_up(values: FloatArray) -> bool:
         return _whole(float(values[0])) == values[0] and bool(np.all(np.diff(values) == 1))
 
 
-def _whole(number: float) -> int | None:
+def _whole(number: float, off: float = 0.01) -> int | None:
     """Round a number that is whole, but for the rounding of what it was made of; None where it isn't."""
-    if not abs(number) < 2**53 or abs(number - round(number)) > 0.01:
+    if not abs(number) < 2**53 or abs(number - round(number)) > off:
         return None
     return round(number)
-
-
-def _unit(times: FloatArray, at_least: int) -> float:
-    """Find the size of one in the last decimal that times are written with: `at_least`, or more if they need more."""
-    largest = float(np.max(np.abs(times)))
-    spacing = 2 * float(np.spacing(largest))
-    for decimals in range(at_least, 17):
-        if 10.0**-decimals <= spacing:
-            break
-        if np.array_equal(np.round(times, decimals), times):
-            return 10.0**-decimals
-    return spacing
-
-
-def _rate(times: FloatArray, unit: float) -> Fraction | None:
-    """Find the exact rate behind times that are even but for their last decimal's `unit`; None where there is none."""
-    n_steps = len(times) - 1
-    step = (Fraction(float(times[-1])) - Fraction(float(times[0]))) / n_steps
-    try:
-        # Each end was rounded or cut, by one unit at most.
-        return rate_from_step(step, Fraction(unit) / n_steps)
-    except ValueError:
-        return None
 
 
 def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
@@ -420,8 +552,8 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
     Parameters
     ----------
     signal : Signal
-        What to write. Its column of times keeps its name; where it had none it is called time. The first frame's time
-        is its number divided by the rate.
+        What to write. Its column of times keeps its name, its form and where it began (`Signal.clock`). Where it had
+        none it is called time, and the first frame's time is its number divided by the rate.
     path : Path
         Where.
     overwrite : bool
@@ -449,56 +581,54 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
             raise FormatError(f"two channels are called {name!r}, which a CSV table can't hold", path=path)
         seen.add(name)
     time = next(
-        (name for name in (signal.time_column, *TIME_NAMES) if name.lower() in TIME_NAMES and name not in seen), None
+        (
+            name
+            for name in (signal.time_column, *TIME_NAMES)
+            if (is_time_name(name) or (is_frame_name(name) and signal.clock.form == "frames")) and name not in seen
+        ),
+        None,
     )
     if time is None:
         raise FormatError(
             f"channels have all names that a column of times can have: {', '.join(TIME_NAMES)}", path=path
         )
-    times, decimals = _exact_times(signal, path)
-    write_bytes(path, _parts(signal, time, times, decimals), overwrite=overwrite)
+    time, times, exact = time_texts(signal, time)
+    if time in seen:
+        raise FormatError(f"a channel is called {time!r}, as the column of times must be", path=path)
+    if not exact:
+        warnings.warn(
+            f"{path}: the column of times can't say that the rate is {signal.rate}; give it when the file is read "
+            "(--fps)",
+            FormatWarning,
+            stacklevel=3,
+        )
+    delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
+    write_bytes(path, _parts(signal, time, times, delimiter), overwrite=overwrite)
 
 
-def _exact_times(signal: Signal, path: Path) -> tuple[FloatArray, int]:
-    """Find times with just enough decimals for a reader to find the exact rate, six at least."""
-    frames = signal.first_frame + np.arange(signal.n_frames, dtype=np.float64)
-    times = frames * signal.rate.denominator / signal.rate.numerator
-    # Neighbouring times must differ in two digits at least.
-    least = max(6, 2 + math.ceil(math.log10(float(signal.rate))))
-    if signal.n_frames > 1:
-        for decimals in range(least, least + 12):
-            written = np.round(times, decimals)
-            if np.all(np.diff(written) > 0) and _rate(written, _unit(written, decimals)) == signal.rate:
-                return written, decimals
-    warnings.warn(
-        f"{path}: the column of times can't say that the rate is {signal.rate}; give it when the file is read (--fps)",
-        FormatWarning,
-        stacklevel=4,
-    )
-    return times, least + 6
-
-
-def _parts(signal: Signal, time: str, times: FloatArray, decimals: int) -> Iterator[bytes]:
+def _parts(signal: Signal, time: str, times: list[str], delimiter: str) -> Iterator[bytes]:
     """Yield the file's bytes, some rows at a time."""
     text = StringIO()
     names = [f"'{name}" if _FORMULA.match(name) else name for name in signal.names]
     # A reader takes a tab or semicolon in the first line for the delimiter, so names that hold one are quoted.
     confusing = any(re.search("[\t;]", name) for name in names)
-    writer = csv.writer(text, lineterminator="\n", quoting=csv.QUOTE_ALL if confusing else csv.QUOTE_MINIMAL)
+    writer = csv.writer(
+        text, delimiter=delimiter, lineterminator="\n", quoting=csv.QUOTE_ALL if confusing else csv.QUOTE_MINIMAL
+    )
     writer.writerow([time, *names])
     yield text.getvalue().encode("utf-8", "replace")
     numbers = all(kind.kind in ("linear", "angle", "quaternion") for kind in signal.kinds) and not signal.holes.any()
     for start in range(0, signal.n_frames, 1024):
         values = signal.values[start : start + 1024].tolist()
-        rows = zip(times[start : start + 1024].tolist(), values, strict=True)
+        rows = zip(times[start : start + 1024], values, strict=True)
         if numbers:
-            yield "".join([f"{at:.{decimals}f},{','.join(map(repr, row))}\n" for at, row in rows]).encode()
+            yield "".join([f"{at}{delimiter}{delimiter.join(map(repr, row))}\n" for at, row in rows]).encode()
             continue
         text.seek(0)
         text.truncate()
         for at, row in rows:
             cells = [_cell(value, kind) for value, kind in zip(row, signal.kinds, strict=True)]
-            writer.writerow([f"{at:.{decimals}f}", *cells])
+            writer.writerow([at, *cells])
         yield text.getvalue().encode("utf-8", "replace")
 
 

@@ -53,7 +53,9 @@ class Format:
 FORMATS = (
     Format("bvh", (".bvh",), "motion"),
     Format("amc", (".amc",), "motion"),
-    Format("csv_table", (".csv",), "signal"),
+    Format("csv_table", (".csv", ".tsv"), "signal"),
+    # Tables of other programs are read by the same reader, which looks at what they hold, and are written as CSV.
+    Format("csv_table", (".mot", ".sto", ".trc"), "signal", writes=False),
     Format("npy", (".npy", ".npz"), "signal"),
 )
 

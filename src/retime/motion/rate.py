@@ -209,6 +209,20 @@ def rate_from_step(step: Fraction, error: Fraction) -> Fraction:
     return _simplest(low, high) if rate == 1 / step else rate
 
 
+def usual_rate(measured: float) -> Fraction:
+    """Return the usual rate nearest to one that was measured, or where none is within 5 %, the number to two digits.
+
+    Examples
+    --------
+    >>> usual_rate(30.7), usual_rate(41.6), usual_rate(0.123)
+    (Fraction(30, 1), Fraction(42, 1), Fraction(3, 25))
+    """
+    nearest = min(_USUAL, key=lambda rate: abs(rate - measured))
+    if abs(nearest - measured) <= 0.05 * measured:
+        return Fraction(nearest)
+    return Fraction(f"{measured:.1e}")
+
+
 def parse_rate(value: RateLike) -> Fraction:
     """Find the exact rate that a person means.
 

@@ -16,6 +16,7 @@ from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
 from retime.motion.blending import blended
 from retime.motion.channels import ChannelKind, KindsLike, as_kinds, quaternion_groups
+from retime.motion.clock import Clock
 from retime.motion.gaps import Gaps, holes_of
 from retime.motion.picture import channels_html
 from retime.motion.rate import RateField, RateLike, parse_rate
@@ -52,6 +53,11 @@ class Signal:
     gaps : {"refuse", "keep"}
         What to do about values that are not a number: refuse them, or keep them as holes, which stay holes when the
         signal is retimed, and which the search doesn't look at. `retime.motion.gaps.bridged` fills them.
+    clock : Clock
+        How its file writes times, and when the first frame is. It stays when the signal is retimed: what is written
+        begins when the file began.
+    dialect : str
+        What kind of table it was read from, for people ("Motive export"); "" for others.
 
     Raises
     ------
@@ -79,6 +85,8 @@ class Signal:
     first_frame: int = 0
     kinds: tuple[ChannelKind, ...] = ()
     gaps: Gaps = "refuse"
+    clock: Clock = Clock()  # noqa: RUF009
+    dialect: str = ""
 
     # What the constructor takes. A dataclass alone could declare only what its fields hold afterwards.
     if TYPE_CHECKING:
@@ -93,6 +101,8 @@ class Signal:
             first_frame: int = 0,
             kinds: KindsLike = (),
             gaps: Gaps = "refuse",
+            clock: Clock = Clock(),  # noqa: B008
+            dialect: str = "",
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -168,6 +178,11 @@ class Signal:
         """Time of the last frame, seconds, ``(n_frames - 1) / rate``: where the signal's own time ends."""
         return float((self.n_frames - 1) / self.rate)
 
+    @property
+    def start_time(self) -> float:
+        """Time of the first frame by the clock of its file, seconds; where that is not known, by its number."""
+        return float(self.first_frame / self.rate if self.clock.start is None else self.clock.start)
+
     def __len__(self) -> int:
         return self.n_frames
 
@@ -181,7 +196,12 @@ class Signal:
     def frames(self, start: int, stop: int) -> Signal:
         """Cut out frames ``start`` to ``stop - 1``, counted from 0; raise OptionError where they leave it."""
         start, stop = frame_range(start, stop, self.n_frames, self.name or "the signal")
-        return replace(self, values=self.values[start:stop], first_frame=self.first_frame + start)
+        return replace(
+            self,
+            values=self.values[start:stop],
+            first_frame=self.first_frame + start,
+            clock=self.clock.later(start / self.rate),
+        )
 
     def with_rate(self, rate: RateLike) -> Signal:
         """Play the same frames at another rate."""

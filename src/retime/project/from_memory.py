@@ -66,7 +66,7 @@ def _digest(clip: AnyMotion) -> str:
         skeleton = clip.skeleton
         facts = (skeleton.names, skeleton.parents, skeleton.end_sites, clip.declaration, clip.metres_per_unit, clip.up)
     else:
-        arrays, facts = [clip.values], (clip.names, clip.time_column, clip.kinds)
+        arrays, facts = [clip.values], (clip.names, clip.time_column, clip.kinds, clip.clock)
     digest = hashlib.sha256()
     for array in arrays:
         digest.update(np.ascontiguousarray(array).tobytes())
