@@ -6,11 +6,19 @@ from pathlib import Path
 
 import click
 
-from retime.cli.clip_options import PATH, ClipOptions, clip_options, retimed
+from retime.cli.clip_options import PATH, ClipOptions, clip_options
 from retime.cli.exit_codes import EXIT_FILE, exit_code
 from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.in_place import Writing, keeps_curves
 from retime.cli.output_checks import check_format, check_outputs
-from retime.cli.output_options import held_frames, no_average_option, on_option, on_twos_option
+from retime.cli.output_options import (
+    bake_option,
+    held_frames,
+    no_average_option,
+    on_option,
+    on_twos_option,
+    tolerance_option,
+)
 from retime.cli.terminal import Stages, report_error, say
 from retime.errors import OptionError, RetimeError, words_of
 
@@ -43,6 +51,8 @@ _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-di
 @no_average_option
 @on_twos_option
 @on_option
+@bake_option
+@tolerance_option
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
 def command(
@@ -56,6 +66,8 @@ def command(
     average: bool,
     on_twos: bool,
     on: int | None,
+    bake: bool,
+    tolerance: float | None,
     force: bool,
     quiet: bool,
 ) -> None:
@@ -76,20 +88,20 @@ def command(
         check_format(place, like=clip)
 
     from retime.cli.summary import length_text
-    from retime.formats.registry import write
     from retime.formats.warp_file import read_warp
 
     stages = Stages(quiet=quiet)
     timing = read_warp(warp)
+    writing = Writing(average, held_frames(on_twos, on), bake, tolerance, force)
     codes = []
     for clip, place in places.items():
         try:
-            with stages.stage("read", f"reading {clip.name}"):
-                motion = clip_options.read(clip, beside=len(places) > 1)
-            with stages.stage("apply", f"resampling {clip.name}"):
-                result = retimed(motion, timing, average=average, held=held_frames(on_twos, on))
-            with stages.stage("write", f"writing {place.name}"):
-                write(result, place, overwrite=force)
+            motion = None
+            # Of a scene that is retimed in place all animations are meant, and nothing is sampled.
+            if not keeps_curves(clip, place) or clip_options.frames or clip_options.drop_first:
+                with stages.stage("read", f"reading {clip.name}"):
+                    motion = clip_options.read(clip, beside=len(places) > 1)
+            result = writing.write(clip, clip_options, motion, timing, place, stages)
         except (RetimeError, OSError) as error:
             if len(places) == 1:
                 raise
@@ -98,7 +110,11 @@ def command(
             report_error(words if str(clip) in words or str(place) in words else f"{clip}: {words}")
             codes.append(exit_code(error))
             continue
-        if not quiet:
+        if quiet:
+            continue
+        if result is None or motion is None:
+            say(f"{place}: its curves cut, {timing.output_span:.3f} s from {clip}")
+        else:
             say(
                 f"{place}: {length_text(result.n_frames, result.rate)}, from {clip}: "
                 f"{length_text(motion.n_frames, motion.rate)}"

@@ -70,6 +70,8 @@ class ClipOptions:
         What to do about values that are missing.
     array : tuple of str
         Arrays of an NPZ.
+    animation : str, optional
+        Which animation of a scene.
     is_reference : bool
         Whether the clip is to be imitated.
     """
@@ -85,6 +87,7 @@ class ClipOptions:
     gaps: GapPolicy | None = None
     array: tuple[str, ...] = ()
     root: str | None = None
+    animation: str | None = None
     is_reference: bool = False
 
     def read(self, path: Path, *, beside: bool = False) -> AnyMotion:
@@ -104,6 +107,7 @@ class ClipOptions:
             channels=dict(self.channels),
             gaps=self.gaps,
             arrays=self.array,
+            animation=self.animation,
         )
         clip = read_with(path, options, up=self.up, root=self.root)
         if not (beside or self.is_reference):
@@ -264,6 +268,14 @@ _OPTIONS = (
         default_text="found",
         help="The joint that carries the body, where it is not the one that `retime info` shows.",
     ),
+    click.option(
+        "--animation",
+        cls=Option,
+        section="Input",
+        metavar="NAME",
+        default_text="all; to look at, the first",
+        help="Which animation of a scene (.glb, .gltf), by its name or its number, counted from 0.",
+    ),
 )
 
 
@@ -284,9 +296,12 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
         gaps: GapPolicy | None,
         array: tuple[str, ...],
         root: str | None,
+        animation: str | None,
         **rest: Any,
     ) -> None:
-        options = ClipOptions(frames, drop_first, fps, skeleton, repair, decimal_comma, up, channels, gaps, array, root)
+        options = ClipOptions(
+            frames, drop_first, fps, skeleton, repair, decimal_comma, up, channels, gaps, array, root, animation
+        )
         function(clip_options=options, **rest)
 
     for option in reversed(_OPTIONS):

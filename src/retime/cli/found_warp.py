@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from retime.cli.clip_options import retimed
+from retime.cli.clip_options import ClipOptions
+from retime.cli.in_place import keeps_curves
 from retime.cli.output_options import OutputOptions
 from retime.cli.terminal import Stages, say, say_json, say_table
 
@@ -24,6 +25,8 @@ class FoundWarp:
     ----------
     path : Path
         The clip's file.
+    clip_options : ClipOptions
+        How it was read.
     clip : Motion or Signal
         The input.
     others : list of (Motion or Signal, Path)
@@ -37,6 +40,7 @@ class FoundWarp:
     """
 
     path: Path
+    clip_options: ClipOptions
     clip: AnyMotion
     others: list[tuple[AnyMotion, Path]]
     method: str
@@ -62,27 +66,27 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
     # Heavy imports wait until something is to be done.
     from retime.cli.summary import slip_facts
     from retime.files import write_bytes
-    from retime.formats.registry import write
     from retime.formats.warp_file import write_warp
     from retime.motion.contacts import contacts
     from retime.motion.motion import Motion
 
     slip = None
+    writing = outputs.writing
     if outputs.output is not None:
-        with stages.stage("apply", "resampling"):
-            feet = contacts(found.clip) if isinstance(found.clip, Motion) else None
-            result = retimed(found.clip, found.warp, average=outputs.average, feet=feet, held=outputs.held)
-        with stages.stage("write", "writing"):
-            write(result, outputs.output, overwrite=outputs.force)
-        if outputs.as_json or not outputs.quiet:
+        feet = None
+        if isinstance(found.clip, Motion) and not keeps_curves(found.path, outputs.output):
+            with stages.stage("apply", "finding the feet"):
+                feet = contacts(found.clip)
+        result = writing.write(
+            found.path, found.clip_options, found.clip, found.warp, outputs.output, stages, feet=feet
+        )
+        # Of curves that were cut nothing is averaged, so standing feet stay as they were.
+        if result is not None and (outputs.as_json or not outputs.quiet):
             with stages.stage("slip", "measuring the feet"):
                 slip = slip_facts(found.clip, found.warp, result, feet)
         del result
-    for clip, place in found.others:
-        with stages.stage("apply", "resampling"):
-            result = retimed(clip, found.warp, average=outputs.average, held=outputs.held)
-        with stages.stage("write", "writing"):
-            write(result, place, overwrite=outputs.force)
+    for (source, place), (clip, _) in zip(outputs.also, found.others, strict=True):
+        writing.write(source, found.clip_options, clip, found.warp, place, stages)
     if outputs.explain is not None and found.search is not None:
         with stages.stage("write", "writing"):
             write_bytes(outputs.explain, found.search.explain().to_csv().encode(), overwrite=outputs.force)

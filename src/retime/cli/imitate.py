@@ -142,7 +142,7 @@ def command(
         other = None if example_clip is None else there
         result = imitate(motion, stretch, timing, example_clip=other, keys=times, **options)
     warp = replace(result.warp, name=motion.name)
-    found = FoundWarp(clip, motion, others, "guided", warp, result)
+    found = FoundWarp(clip, clip_options, motion, others, "guided", warp, result)
     facts = {
         "references": [str(hand)],
         "example": example,

@@ -12,8 +12,10 @@ import click
 
 from retime.cli.clip_options import PATH, parsed
 from retime.cli.help_sections import Option
+from retime.cli.in_place import Writing
 from retime.cli.output_checks import check_format, check_outputs, check_plot
 from retime.errors import OptionError
+from retime.motion.grammar import parse_number
 
 
 def _also(text: str) -> tuple[Path, Path]:
@@ -59,6 +61,27 @@ def held_frames(on_twos: bool, on: int | None) -> int:
     return 2 if on_twos else on or 1
 
 
+bake_option = click.option(
+    "--bake",
+    cls=Option,
+    is_flag=True,
+    help="Of a scene (.glb, .gltf): put a key on every frame, in place of cutting its curves at the warp's knots.",
+)
+
+
+def _tolerance(text: str) -> float:
+    return parse_number(text, least=0.0, unit="s")
+
+
+tolerance_option = click.option(
+    "--tolerance",
+    cls=Option,
+    metavar="SECONDS",
+    callback=parsed(_tolerance),
+    default_text="0.001",
+    help="Of a scene: how far the warp's knots may be thinned out before its curves are cut at them.",
+)
+
 _OPTIONS = (
     click.option(
         "-o",
@@ -98,6 +121,8 @@ _OPTIONS = (
     no_average_option,
     on_twos_option,
     on_option,
+    bake_option,
+    tolerance_option,
     click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
     click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),
     click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary."),
@@ -116,6 +141,8 @@ class OutputOptions:
     average: bool
     on_twos: bool
     on: int | None
+    bake: bool
+    tolerance: float | None
     force: bool
     as_json: bool
     quiet: bool
@@ -124,6 +151,11 @@ class OutputOptions:
     def held(self) -> int:
         """For how many frames each pose of the output is held."""
         return held_frames(self.on_twos, self.on)
+
+    @property
+    def writing(self) -> Writing:
+        """How clips are written."""
+        return Writing(self.average, self.held, self.bake, self.tolerance, self.force)
 
     @property
     def places(self) -> list[Path]:

@@ -12,9 +12,10 @@ import click
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
 from retime.cli.found_warp import FoundWarp, deliver
 from retime.cli.help_sections import Option, SectionedCommand
+from retime.cli.in_place import keeps_curves
 from retime.cli.output_options import OutputOptions, output_options
 from retime.cli.search_options import flags_of, search_arguments, search_options
-from retime.cli.terminal import Stages
+from retime.cli.terminal import Stages, say_table
 from retime.cli.variants import LENGTHS, VariantOptions, read_count, read_lengths, read_seed
 from retime.cli.wish_options import FLIGHT_OPTIONS, NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
 from retime.errors import OptionError
@@ -279,6 +280,10 @@ def command(**given: Any) -> None:
     """
     request = _Request(**given)
     request.check()
+    names = _animations(request)
+    if len(names) > 1:
+        _warp_each(request, names)
+        return
     stages = Stages(quiet=request.outputs.quiet)
     with stages.stage("read", "reading"):
         clip = request.clip_options.read(request.clip)
@@ -289,14 +294,65 @@ def command(**given: Any) -> None:
         with stages.stage("search", "searching"):
             takes = request.many.find(clip, {"reference": references or None, **_options(request, clip)})
         for number, (take, outputs) in enumerate(zip(takes, request.places, strict=True), start=1):
-            found = FoundWarp(request.clip, clip, [], "guided", replace(take.warp, name=clip.name), take)
+            warp = replace(take.warp, name=clip.name)
+            found = FoundWarp(request.clip, request.clip_options, clip, [], "guided", warp, take)
             facts = {"references": [str(reference) for reference in request.reference], "variant": number}
             deliver(found, outputs, stages, facts)
         return
     with stages.stage("search", "searching"):
         warp, search = _find(request, [clip, *(other for other, _ in others)], references)
-    found = FoundWarp(request.clip, clip, others, request.method, replace(warp, name=clip.name), search)
+    warp = replace(warp, name=clip.name)
+    found = FoundWarp(request.clip, request.clip_options, clip, others, request.method, warp, search)
     deliver(found, request.outputs, stages, {"references": [str(reference) for reference in request.reference]})
+
+
+def _animations(request: _Request) -> list[str]:
+    """Name the animations that are retimed, each by a warp of its own; none, where the output is one clip."""
+    output = request.outputs.output
+    if output is None or not keeps_curves(request.clip, output):
+        return []
+    from retime.formats.registry import animation_names
+
+    return animation_names(request.clip, animation=request.clip_options.animation)
+
+
+def _warp_each(request: _Request, names: list[str]) -> None:
+    """Find a warp for each animation of a scene, by itself, and write the scene with all of them retimed."""
+    outputs, given = request.outputs, request.clip_options
+    single = {
+        "--save": outputs.save,
+        "--plot": outputs.plot,
+        "--explain": outputs.explain,
+        "--json": outputs.as_json,
+        "--also": outputs.also,
+        "--variants": request.many,
+        "--frames": given.frames,
+        "--drop-first": given.drop_first,
+    }
+    refused = [option for option, value in single.items() if value]
+    if refused:
+        raise OptionError(
+            f"{', '.join(refused)}: {request.clip} has {len(names)} animations ({', '.join(names)}), and each gets a "
+            "warp of its own; choose one of them (--animation)"
+        )
+    assert outputs.output is not None
+    from retime.cli.summary import length_text
+
+    stages = Stages(quiet=outputs.quiet)
+    warps, rows = {}, []
+    for name in names:
+        one = replace(request, clip_options=replace(given, animation=name))
+        with stages.stage("read", f"reading {name}"):
+            clip = one.clip_options.read(one.clip)
+            references = _read_references(one, clip)
+        with stages.stage("search", f"searching {name}"):
+            warps[name], _ = _find(one, [clip], references)
+        before, after = (length_text(n, clip.rate) for n in (clip.n_frames, warps[name].count_frames(clip.rate)))
+        rows.append((name, f"{before} -> {after}"))
+    with stages.stage("write", f"writing {outputs.output.name}"):
+        outputs.writing.write_curves(request.clip, given, warps, outputs.output)
+    if not outputs.quiet:
+        say_table([*rows, ("wrote", str(outputs.output))])
 
 
 def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:

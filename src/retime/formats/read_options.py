@@ -78,6 +78,8 @@ class ReadOptions:
         What to do about values that are missing; left out, they are refused.
     arrays : tuple of str
         Arrays of an NPZ that are meant; none given, those that are usual.
+    animation : str, optional
+        Which animation of a file that has several, by its name or, where no name is this, its number from 0.
     limits : Limits
         Sizes not to go past.
     """
@@ -89,4 +91,5 @@ class ReadOptions:
     channels: Mapping[str, ChannelKind] = field(default_factory=dict)
     gaps: GapPolicy | None = None
     arrays: tuple[str, ...] = ()
+    animation: str | None = None
     limits: Limits = field(default_factory=Limits)

@@ -13,10 +13,12 @@ from fractions import Fraction
 from os import PathLike
 from pathlib import Path
 from typing import Protocol, cast
+from urllib.parse import quote
 
 from retime.brief import kind_of
 from retime.checks import path_of
-from retime.errors import FormatError, OptionError
+from retime.errors import FormatError, OptionError, OutputExistsError
+from retime.files import write_bytes
 from retime.formats.compressed import COMPRESSED, is_compressed, plain_path, read_plain, refuse_compressed
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
@@ -42,12 +44,16 @@ class Format:
         "motion" or "signal".
     writes : bool
         Whether it can be written.
+    curves : bool
+        Whether its animation is curves with keys, which are retimed in place (`retime_file`); its module then is in
+        `retime.formats.curves`.
     """
 
     name: str
     suffixes: tuple[str, ...]
     holds: str
     writes: bool = True
+    curves: bool = False
 
 
 FORMATS = (
@@ -57,6 +63,7 @@ FORMATS = (
     # Tables of other programs are read by the same reader, which looks at what they hold, and are written as CSV.
     Format("csv_table", (".mot", ".sto", ".trc"), "signal", writes=False),
     Format("npy", (".npy", ".npz"), "signal"),
+    Format("gltf", (".glb", ".gltf"), "motion", curves=True),
 )
 
 
@@ -68,6 +75,21 @@ class FormatModule(Protocol):
 
     def write(self, motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
         """Write a file, all or nothing."""
+
+
+class CurveModule(FormatModule, Protocol):
+    """What the module of a format offers whose animation is curves."""
+
+    def animation_names(self, path: Path, data: bytes, options: ReadOptions) -> list[str]:
+        """Name the animations that are meant."""
+
+    def retime(self, path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:
+        """Cut the curves of animations by warps; "" is the new file, other names are of files beside it."""
+
+    def bake(
+        self, path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions, *, average: bool
+    ) -> dict[str, bytes]:
+        """Put a key on every frame instead."""
 
 
 def format_of(path: str | PathLike[str]) -> Format:
@@ -109,7 +131,8 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
 
 
 def _module(known: Format) -> FormatModule:
-    return cast(FormatModule, importlib.import_module(f"retime.formats.{known.name}"))
+    room = "retime.formats.curves" if known.curves else "retime.formats"
+    return cast(FormatModule, importlib.import_module(f"{room}.{known.name}"))
 
 
 def read(
@@ -124,6 +147,7 @@ def read(
     gaps: str | None = None,
     array: str | Sequence[str] = (),
     root: str | None = None,
+    animation: str | None = None,
     limits: Limits | None = None,
 ) -> AnyMotion:
     """Read a motion, or a signal, from a file.
@@ -147,6 +171,8 @@ def read(
     root : str, optional
         The joint that carries a motion's body, where it isn't found rightly (`retime.motion.body.body_joint`). A signal
         has none.
+    animation : str, optional
+        Which animation of a file that has several (a scene); left out, the first.
     limits : Limits, optional
         Sizes not to go past.
 
@@ -180,6 +206,7 @@ def read(
         channels={name: as_kind(kind) for name, kind in (kinds or {}).items()},
         gaps=None if gaps is None else GapPolicy.parse(gaps),
         arrays=(array,) if isinstance(array, str) else tuple(array),
+        animation=animation,
         limits=limits or Limits(),
     )
     clip = read_with(path, options, up=up, root=root)
@@ -217,6 +244,113 @@ def refuse_unfit(clip: AnyMotion, channels: Mapping[str, ChannelKind], root: str
         if not matching(pattern, (*clip.names, clip.time_column)):
             some = ", ".join(clip.names[:12]) + (" ..." if len(clip.names) > 12 else "")
             raise OptionError(f"{clip.name or 'the signal'} has no channel {pattern!r}; there are {some}")
+
+
+def animation_names(path: str | PathLike[str], *, animation: str | None = None) -> list[str]:
+    """Name the animations of a file whose animation is curves; none, where its format has but one clip a file.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    animation : str, optional
+        Only the one of this name.
+
+    Raises
+    ------
+    FormatError, OSError
+        As `read`; or no animation is called so.
+    """
+    path = path_of(path, "animation_names(path)")
+    known = format_of(path)
+    if not known.curves:
+        return []
+    options = ReadOptions(animation=animation)
+    module = cast(CurveModule, _module(known))
+    return module.animation_names(path, read_plain(path, options.limits), options)
+
+
+def retime_file(
+    path: str | PathLike[str],
+    place: str | PathLike[str],
+    warps: Warp | Mapping[str, Warp],
+    *,
+    animation: str | None = None,
+    rate: str | float | Fraction | None = None,
+    bake: bool = False,
+    average: bool = True,
+    tolerance: float = 0.001,
+    overwrite: bool = False,
+) -> None:
+    """Give the animations of a scene (glTF, GLB) new timing in place: only their keys change.
+
+    Each curve is cut at the warp's knots, and each piece is laid where the warp shows it: nothing is sampled, and keys
+    stay keys. Meshes, materials and whatever else the file holds stay as they are.
+
+    Parameters
+    ----------
+    path, place : path-like
+        The file, and where the new one goes; both of one format.
+    warps : Warp, or mapping of str to Warp
+        For all animations that are meant, or by name. Time 0 of the input is an animation's first key.
+    animation : str, optional
+        Only the animation of this name.
+    rate : str, float or Fraction, optional
+        Frames a second of baked keys; left out, that on which the file's own keys lie.
+    bake : bool
+        Put a key on every frame in place of cutting; where the warp speeds up, frames are averaged (§3.4).
+    average : bool
+        Average, where baked.
+    tolerance : float
+        Seconds: the warp is simplified within this error first (`Warp.simplify`), for each of its knots makes a key.
+    overwrite : bool
+        Replace a file that is there.
+
+    Raises
+    ------
+    FormatError
+        The file is not what it claims to be, its format has no curves, or `place` is of another.
+    OutputExistsError
+        A file is there, and `overwrite` is not set.
+    """
+    path, place = path_of(path, "retime_file(path, place, warps)"), path_of(place, "retime_file(path, place, warps)")
+    known = format_of(path)
+    if not known.curves:
+        raise FormatError(f"a {path.suffix.lower()} file has no curves to cut: read it, and use apply_warp", path=path)
+    refuse_compressed(place)
+    suffix = plain_path(path).suffix.lower()
+    if place.suffix.lower() != suffix:
+        raise FormatError(f"retimed in place, a {suffix} file stays one; found {place.name}", path=place)
+    options = ReadOptions(rate=None if rate is None else parse_rate(rate), animation=animation)
+    module = cast(CurveModule, _module(known))
+    data = read_plain(path, options.limits)
+    if isinstance(warps, Warp):
+        warps = dict.fromkeys(module.animation_names(path, data, options), warps)
+    if bake:
+        files = module.bake(path, data, warps, options, average=average)
+    else:
+        files = module.retime(path, data, {name: warp.simplify(tolerance) for name, warp in warps.items()}, options)
+    _write_beside(files, place, overwrite=overwrite)
+
+
+def _write_beside(files: dict[str, bytes], place: Path, *, overwrite: bool) -> None:
+    """Write a scene after the files beside it that it names; refuse all of them where one may not be replaced."""
+    main = files[""]
+    if any("{stem}" in name for name in files):
+        main = main.replace(b"{stem}", quote(place.stem).encode())
+    beside = {place.parent / name.replace("{stem}", place.stem): content for name, content in files.items() if name}
+    # What is there already, to the byte, needs no writing.
+    beside = {
+        path: content for path, content in beside.items() if not (path.is_file() and path.read_bytes() == content)
+    }
+    if not overwrite:
+        for path in (*beside, place):
+            if path.exists():
+                raise OutputExistsError(path)
+    for path, content in beside.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(path, content, overwrite=overwrite)
+    write_bytes(place, main, overwrite=overwrite)
 
 
 def write(motion: AnyMotion, path: str | PathLike[str], *, overwrite: bool = False) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from retime.errors import FormatError, OptionError
 from retime.files import resolved
-from retime.formats.registry import write
+from retime.formats.registry import animation_names, format_of, retime_file, write
 from retime.formats.warp_file import write_warp
 from retime.motion.signal import Signal
 from retime.project.document import Document
@@ -41,6 +42,14 @@ def export_motion(solution: Solution, clip: int, place: Path, *, overwrite: bool
         raise OptionError(f"the document has {len(solution.sources.clips)} clips; there is no number {clip}")
     motion = solution.sources.clips[clip]
     average = solution.document.average
+    source = Path(solution.document.clips[clip].path)
+    if format_of(place).curves and format_of(source) == format_of(place):
+        # As `retime warp` does: the curves are cut, and what the page left out at the start stays out.
+        offset = motion.first_frame / float(motion.rate)
+        warp = replace(solution.warp, input_times=solution.warp.input_times + offset, keytimes=())
+        name = animation_names(source)[0]
+        retime_file(source, place, {name: warp}, overwrite=overwrite)
+        return
     if isinstance(motion, Signal):
         write(apply_warp(motion, solution.warp, average=average), place, overwrite=overwrite)
     else:

@@ -30,6 +30,7 @@ from retime.warp.keytime import Keytime, KeytimeLike, check_speed, keytimes_of
 from retime.warp.knots import add_times
 from retime.warp.picture import warp_html
 from retime.warp.sampling import ResampleMethod, nearest, range_problem, refuse_no_clock, rows_of, shown_rows
+from retime.warp.simplify import simplified
 from retime.warp.smoothing import smoothed
 
 
@@ -312,6 +313,38 @@ class Warp:
             keep_ends=loop,
         )
         return replace(self, output_times=times, input_times=values)
+
+    def simplify(self, tolerance: float = 0.001) -> Warp:
+        """Return the warp with fewer knots, for programs in which each knot is a key.
+
+        Parameters
+        ----------
+        tolerance : float
+            The largest error in input time, seconds. At 0 only knots on a straight line go.
+
+        Returns
+        -------
+        Warp
+            Its knots are knots of this warp. The ends stay, and so do the knots at keytimes and where the warp begins
+            or ends to hold, or turns.
+
+        Raises
+        ------
+        OptionError
+            The tolerance is not a number of seconds from 0 up.
+
+        Examples
+        --------
+        >>> warp = Warp([0.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 2.5])
+        >>> warp.simplify(0).output_times.tolist()
+        [0.0, 2.0, 3.0]
+        """
+        tolerance = real(tolerance, "the tolerance")
+        if not (math.isfinite(tolerance) and tolerance >= 0):
+            raise OptionError(f"the tolerance must be 0 or more seconds, found {tolerance}")
+        keys = np.array([key.output_time for key in self.keytimes], dtype=np.float64)
+        chosen = simplified(self.output_times, self.input_times, tolerance, keys)
+        return replace(self, output_times=self.output_times[chosen], input_times=self.input_times[chosen])
 
     def to_frame_indices(self, rate: float, n_frames: int) -> IntArray:
         """Say which input frame each output frame shows, to the nearest.

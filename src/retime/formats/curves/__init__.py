@@ -1,0 +1,1 @@
+"""Formats whose animation is curves with keys (glTF, FBX, USD): retimed in place, nothing but the curves changed."""

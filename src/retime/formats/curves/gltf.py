@@ -1,0 +1,151 @@
+"""glTF 2.0 and GLB: read as a motion, retimed in place, or baked."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from retime.errors import FormatError, FormatWarning
+from retime.files import write_bytes
+from retime.formats.curves.gltf_animation import Animation, Sampler, chosen_animations, keys_of, name_of, read_animation
+from retime.formats.curves.gltf_file import GltfFile, parse_gltf
+from retime.formats.curves.gltf_retime import NewKeys, with_keys
+from retime.formats.curves.gltf_scene import Sampled, sample_animation
+from retime.formats.curves.gltf_write import glb_of
+from retime.formats.read_options import ReadOptions
+from retime.motion.any_motion import AnyMotion
+from retime.motion.motion import Motion
+from retime.warp.apply import apply_warp
+from retime.warp.curve import Warp
+from retime.warp.cutting import cut_curve
+
+
+def animation_names(path: Path, data: bytes, options: ReadOptions) -> list[str]:
+    """Return the names of the animations that are meant, in the file's order; raise FormatError where there is none."""
+    file = parse_gltf(path, data, options.limits)
+    items = file.items("animations")
+    return [name_of(items[index], index) for index in chosen_animations(file, options.animation)]
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
+    """Sample an animation, from its first key to its last: the nodes that it moves, and those above them, are joints.
+
+    A scene whose animation moves no node (weights of morph targets) gives a signal.
+
+    Warns
+    -----
+    FormatWarning
+        There are several animations, and none was chosen: the first is read.
+    """
+    file = parse_gltf(path, data, options.limits)
+    chosen = chosen_animations(file, options.animation)
+    animation = read_animation(file, chosen[0])
+    if len(chosen) > 1:
+        names = ", ".join(name_of(file.items("animations")[index], index) for index in chosen)
+        warnings.warn(
+            f"{path}: {len(chosen)} animations ({names}); {animation.name} is read, --animation chooses another",
+            FormatWarning,
+            stacklevel=2,
+        )
+    return sample_animation(file, animation, options.rate, options.limits).clip
+
+
+def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
+    """Write a motion as a new GLB: a plain skeleton with one animation; raise FormatError for a signal, or a .gltf."""
+    if not isinstance(motion, Motion):
+        raise FormatError("a glTF scene holds a skeleton that moves, not a signal", path=path)
+    if path.suffix.lower() != ".glb":
+        raise FormatError("a new scene is written as .glb, in one file", path=path)
+    write_bytes(path, glb_of(motion), overwrite=overwrite)
+
+
+def retime(path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:
+    """Give animations new timing by cutting their curves; nothing is sampled.
+
+    Parameters
+    ----------
+    path : Path
+        The file that `data` was read from.
+    data : bytes
+        Its contents.
+    warps : mapping of str to Warp
+        By the animation's name; time 0 of its input is the animation's first key.
+    options : ReadOptions
+        As it was read.
+
+    Returns
+    -------
+    dict of str to bytes
+        "" is the scene; other names are files beside it. ``{stem}`` in a name stands for the scene's own.
+    """
+    return _rewritten(path, data, warps, options, _cut)
+
+
+def bake(
+    path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions, *, average: bool
+) -> dict[str, bytes]:
+    """Give animations new timing by a key on every frame, as `retime` does; sped up, frames are averaged (§3.4)."""
+
+    def baked(file: GltfFile, animation: Animation, warp: Warp) -> list[NewKeys]:
+        return _baked(animation, sample_animation(file, animation, options.rate, options.limits), warp, average)
+
+    return _rewritten(path, data, warps, options, baked)
+
+
+def _rewritten(
+    path: Path,
+    data: bytes,
+    warps: Mapping[str, Warp],
+    options: ReadOptions,
+    keys_of_animation: Callable[[GltfFile, Animation, Warp], list[NewKeys]],
+) -> dict[str, bytes]:
+    file = parse_gltf(path, data, options.limits)
+    animations = [read_animation(file, index) for index in chosen_animations(file, options.animation)]
+    animations = [one for one in animations if one.name in warps]
+    keys = [key for one in animations for key in keys_of_animation(file, one, warps[one.name])]
+    return with_keys(file, keys, animations)
+
+
+def _cut(file: GltfFile, animation: Animation, warp: Warp) -> list[NewKeys]:
+    start = animation.start
+    moved = Warp(warp.output_times + start, warp.input_times + start)
+    found = []
+    for sampler in animation.samplers:
+        times, values = keys_of(cut_curve(sampler.curve, moved)[0], sampler)
+        found.append(NewKeys(animation.index, sampler, times, values, sampler.interpolation))
+    return found
+
+
+def _baked(animation: Animation, sampled: Sampled, warp: Warp, average: bool) -> list[NewKeys]:
+    clip = apply_warp(sampled.clip, warp, average=average)
+    rate = float(clip.rate)
+    times = (animation.start + np.arange(clip.n_frames) / rate).astype(np.float32)
+    inputs = animation.start + np.arange(sampled.clip.n_frames) / rate
+    shown = animation.start + warp(np.arange(clip.n_frames) / rate)
+    moved = {one.sampler: one for one in reversed(animation.channels) if one.node is not None}
+    found = []
+    for sampler in animation.samplers:
+        channel = moved.get(sampler.index)
+        values: NDArray[np.float64]
+        kind = "LINEAR"
+        if sampler.interpolation == "STEP":
+            values, kind = sampler.curve(shown), "STEP"
+        elif isinstance(clip, Motion) and channel and channel.path in ("translation", "rotation"):
+            joint = sampled.nodes.index(channel.node)
+            if channel.path == "rotation":
+                values = np.roll(clip.rotations[:, joint], -1, axis=1)
+            else:
+                scale = sampled.scales[joint]
+                values = clip.local_translations[:, joint] / (scale if scale else 1.0)
+        else:
+            values = apply_warp(sampler.curve(inputs), warp, average=average, rate=clip.rate)
+        found.append(NewKeys(animation.index, sampler, times, _rows(values, sampler), kind))
+    return found
+
+
+def _rows(values: NDArray[np.float64], sampler: Sampler) -> NDArray[np.float32]:
+    return np.asarray(values, dtype=np.float32).reshape(len(values), len(sampler.curve.end_value))

@@ -1,0 +1,324 @@
+"""Animation curves cut by a warp, their keys kept: no curve is sampled.
+
+Between two knots a warp is affine, and an affine map of time takes a straight line to a straight line and a cubic
+Bézier curve to one. So a curve is cut where the warp has a knot (de Casteljau's construction, exact), and each piece is
+laid where the warp shows it. What was a key stays one, at a new time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+
+from retime.arrays import FloatArray, IntArray
+from retime.errors import OptionError
+from retime.warp.curve import Warp, WarpLike, as_warp
+
+# Seconds of output. A shorter piece is a cut beside a key that is there already, and is left out.
+_SHORTEST = 1e-10
+
+
+class SegmentKind(IntEnum):
+    """How a curve runs from one key to the next."""
+
+    STEP = 0
+    """It stays at the first key's value."""
+    LINEAR = 1
+    """Straight."""
+    CUBIC = 2
+    """A cubic Bézier curve, in time as in value."""
+    SLERP = 3
+    """Quaternions (four values) turned evenly, the short way."""
+
+
+@dataclass(frozen=True, eq=False)
+class CurveSegments:
+    """An animation curve: what lies between its keys, end to end.
+
+    Parameters
+    ----------
+    times : float array, shape (n, 4)
+        Seconds: each segment's first key, its two handles, its second key. Within a segment they must not leave it (a
+        handle longer than its segment has no one value at a time). Where nothing else is asked, handles lie at a third.
+        A segment begins where the one before ends.
+    values : float array, shape (n, 4, k)
+        The same for the values. Between `values[i, 3]` and `values[i + 1, 0]` the curve may jump.
+    kinds : int array, shape (n,)
+        `SegmentKind` of each. Handles count for CUBIC alone.
+    end_time : float
+        Seconds: of the last key. With no segment it is the only one.
+    end_value : float array, shape (k,)
+        From the last key on.
+    """
+
+    times: FloatArray
+    values: FloatArray
+    kinds: IntArray
+    end_time: float
+    end_value: FloatArray
+
+    @classmethod
+    def through(cls, times: FloatArray, values: FloatArray, kind: SegmentKind) -> CurveSegments:
+        """Make the curve of one kind through keys: `times` of shape (n_keys,), `values` of shape (n_keys, k).
+
+        CUBIC makes straight lines whose handles may then be moved.
+        """
+        third = np.arange(4) / 3
+        spread = times[:-1, None] + third * np.diff(times)[:, None]
+        spread[:, 3] = times[1:]
+        between = values[:-1, None] + third[:, None] * np.diff(values, axis=0)[:, None]
+        between[:, 3] = values[1:]
+        if kind is SegmentKind.STEP:
+            between[:] = values[:-1, None]
+        kinds = np.full(len(times) - 1, kind, dtype=np.int64)
+        return cls(spread, between, kinds, float(times[-1]), values[-1])
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def jumps(self) -> IntArray:
+        """The segments after which the value jumps where a key of one value can't say so, shape (n_jumps,).
+
+        After a STEP segment the next key's value says it. What is no more than rounding is no jump.
+        """
+        nexts = np.concatenate([self.values[1:, 0], self.end_value[None]])
+        apart = np.abs(self.values[:, 3] - nexts) > 1e-9 * np.abs(self.values).max(initial=0.0)
+        return np.flatnonzero(apart.any(axis=1) & (self.kinds != SegmentKind.STEP))
+
+    def __call__(self, times: FloatArray) -> FloatArray:
+        """Evaluate the curve: at a key what begins there, before the first key and after the last what these hold.
+
+        Parameters
+        ----------
+        times : float array, shape (m,)
+            Seconds.
+
+        Returns
+        -------
+        float array, shape (m, k)
+        """
+        times = np.asarray(times, dtype=np.float64)
+        out = np.broadcast_to(self.end_value, (len(times), len(self.end_value))).copy()
+        if not len(self):
+            return out
+        before = times < self.times[0, 0]
+        out[before] = self.values[0, 0]
+        inside = ~before & (times < self.end_time)
+        segment = np.searchsorted(self.times[:, 0], times[inside], side="right") - 1
+        share = _shares(self, segment, times[inside])
+        out[inside] = _points(self.values[segment], share, self.kinds[segment])
+        return out
+
+
+def cut_curve(curve: CurveSegments, warp: WarpLike) -> tuple[CurveSegments, IntArray]:
+    """Retime an animation curve: cut it at the knots of a warp and lay the pieces where the warp shows them.
+
+    Exact up to rounding: at each output time t the result has the value of ``curve`` at ``warp(t)``, for holds,
+    backward spans and any speed. Pieces shorter than a ten-billionth of a second are left out.
+
+    Parameters
+    ----------
+    curve : CurveSegments
+        In input time. Beyond its ends it holds.
+    warp : Warp or GuidedWarp
+        The timing; `Warp.simplify` first, for fewer cuts.
+
+    Returns
+    -------
+    segments : CurveSegments
+        In output time, within the warp's domain; beyond its ends it holds, as the warp does.
+    source : int array, shape (n,)
+        The segment of `curve` that each came from; -1 where `curve` holds before its first key, its number of segments
+        where it holds after its last.
+
+    Raises
+    ------
+    OptionError
+        The curve's times are out of order.
+    """
+    _check(curve)
+    warp = as_warp(warp, "cut_curve(curve, warp)")
+    start, end_value = float(warp.input_times[0]), curve(warp.input_times[-1:])[0]
+    if not len(curve):
+        return _one_key(curve, warp.output_start, end_value)
+    whole = _with_holds(curve, float(warp.input_times.min()), float(warp.input_times.max()))
+    piece, segment = _overlaps(whole, warp)
+    times, values = _laid(whole, warp, piece, segment)
+    long = times[:, 3] - times[:, 0] > _SHORTEST
+    times, values, segment = times[long], values[long], segment[long]
+    source = segment - 1
+    # What only holds before the first key or after the last needs no key of its own.
+    real = np.flatnonzero((source >= 0) & (source < len(curve)))
+    if not len(real):
+        return _one_key(curve, warp.output_start, curve(np.array([start]))[0])
+    if real[-1] + 1 < len(source):
+        end_value = whole.values[segment[real[-1] + 1], 0]
+    # Played backward, a curve that ends in a step jumps where its last key was: that hold must be kept.
+    first = int(real[0])
+    if first and (values[first - 1, 3] != values[first, 0]).any():
+        first = 0
+    used = slice(first, real[-1] + 1)
+    times, values, source = times[used], values[used], source[used]
+    # Where a short piece was left out, its neighbours meet.
+    times[1:, 0] = times[:-1, 3]
+    return CurveSegments(times, values, whole.kinds[source + 1], float(times[-1, 3]), end_value), source
+
+
+def _one_key(curve: CurveSegments, time: float, value: FloatArray) -> tuple[CurveSegments, IntArray]:
+    none = np.zeros(0, dtype=np.int64)
+    return CurveSegments(np.zeros((0, 4)), curve.values[:0], none, time, value), none
+
+
+def _check(curve: CurveSegments) -> None:
+    order = np.diff(curve.times, axis=1) if len(curve) else np.zeros((0, 3))
+    wrong = (curve.times[:, [0]] > curve.times).any(axis=1) | (curve.times[:, [3]] < curve.times).any(axis=1)
+    wrong |= curve.times[:, 0] >= curve.times[:, 3]
+    wrong[1:] |= curve.times[1:, 0] != curve.times[:-1, 3]
+    if wrong.any() or not np.isfinite(order).all():
+        segment = int(np.flatnonzero(wrong)[0]) if wrong.any() else 0
+        raise OptionError(f"the times of curve segment {segment} are out of order: {curve.times[segment].tolist()}")
+
+
+def _with_holds(curve: CurveSegments, low: float, high: float) -> CurveSegments:
+    """Add what the curve holds before its first key and after its last, as two segments that reach `low` and `high`."""
+    first, last = float(curve.times[0, 0]), curve.end_time
+    ends = [(min(low, first) - 1.0, first), (last, max(high, last) + 1.0)]
+    before, after = (np.linspace(a, b, 4) for a, b in ends)
+    held = [np.broadcast_to(value, (1, 4, len(value))) for value in (curve.values[0, 0], curve.end_value)]
+    return CurveSegments(
+        np.concatenate([before[None], curve.times, after[None]]),
+        np.concatenate([held[0], curve.values, held[1]]),
+        np.concatenate([[SegmentKind.STEP], curve.kinds, [SegmentKind.STEP]]),
+        float(after[3]),
+        curve.end_value,
+    )
+
+
+def _overlaps(whole: CurveSegments, warp: Warp) -> tuple[IntArray, IntArray]:
+    """Pair each piece of the warp with the segments that it passes, in the order in which it passes them."""
+    starts = whole.times[:, 0]
+    begin, stop = warp.input_times[:-1], warp.input_times[1:]
+    low, high = np.minimum(begin, stop), np.maximum(begin, stop)
+    first = np.searchsorted(starts, low, side="right") - 1
+    last = np.maximum(np.searchsorted(starts, high, side="left") - 1, first)
+    counts = last - first + 1
+    piece = np.repeat(np.arange(len(counts)), counts)
+    step = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+    backward = (stop < begin)[piece]
+    return piece, np.where(backward, last[piece] - step, first[piece] + step)
+
+
+def _laid(whole: CurveSegments, warp: Warp, piece: IntArray, segment: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Cut out what each piece of the warp shows of each segment, and lay it in output time."""
+    begin, stop = warp.input_times[piece], warp.input_times[piece + 1]
+    start, end = warp.output_times[piece], warp.output_times[piece + 1]
+    from_time = np.clip(begin, whole.times[segment, 0], whole.times[segment, 3])
+    to_time = np.clip(stop, whole.times[segment, 0], whole.times[segment, 3])
+    a, b = _shares(whole, segment, from_time), _shares(whole, segment, to_time)
+    kinds = whole.kinds[segment]
+    values, inner = whole.values[segment], whole.times[segment]
+    # Most segments are shown whole.
+    part = np.flatnonzero((a != 0) | (b != 1))
+    values[part] = _between(values[part], a[part], b[part])
+    inner[part] = _between(inner[part][:, :, None], a[part], b[part])[:, :, 0]
+    turned = np.flatnonzero(kinds == SegmentKind.SLERP)
+    for place, share in ((0, a), (3, b)):
+        values[turned, place] = _points(whole.values[segment[turned]], share[turned], kinds[turned])
+    stepped = kinds == SegmentKind.STEP
+    values[stepped] = whole.values[segment[stepped], :1]
+    # A hold stays at one place; any cut of the line from its start to its end will do for the handles.
+    still = begin == stop
+    inner = np.where(still[:, None], begin[:, None], inner)
+    width = np.where(still, 1.0, stop - begin)
+    times = start[:, None] + (inner - begin[:, None]) * ((end - start) / width)[:, None]
+    times[:, 0] = np.where(from_time == begin, start, times[:, 0])
+    times[:, 3] = np.where(to_time == stop, end, times[:, 3])
+    third = np.linspace(0, 1, 4)
+    times[still] = start[still, None] + third * (end - start)[still, None]
+    times[still, 3] = end[still]
+    times[:, 1:3] = np.clip(times[:, 1:3], times[:, [0]], times[:, [3]])
+    return times, values
+
+
+def _between(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+    """Take the part from parameter a to parameter b of cubic Bézier curves; b may be the smaller one.
+
+    By polar forms: the part's control points are the curve's blossom at (a, a, a), (a, a, b), (a, b, b), (b, b, b).
+    """
+    a, b = a[:, None, None], b[:, None, None]
+
+    def towards(rows: FloatArray, share: FloatArray) -> FloatArray:
+        return rows[:, :-1] * (1 - share) + rows[:, 1:] * share
+
+    at_a, at_b = towards(points, a), towards(points, b)
+    aa, bb = towards(at_a, a), towards(at_b, b)
+    parts = [towards(aa, a), towards(aa, b), towards(bb, a), towards(bb, b)]
+    out = np.concatenate(parts, axis=1)
+    # A segment played backward as a whole keeps its bits.
+    return np.where((a == 1) & (b == 0), points[:, ::-1], out)
+
+
+def _shares(curve: CurveSegments, segment: IntArray, times: FloatArray) -> FloatArray:
+    """Find the parameter of each segment's curve at a time within it: 0 at its first key, 1 at its second."""
+    points = curve.times[segment]
+    start, end = points[:, 0], points[:, 3]
+    share = (times - start) / (end - start)
+    bent = np.flatnonzero((curve.kinds[segment] == SegmentKind.CUBIC) & (share > 0) & (share < 1))
+    if len(bent):
+        share[bent] = _solved(points[bent], times[bent], share[bent])
+    return np.clip(share, 0.0, 1.0)
+
+
+def _solved(points: FloatArray, times: FloatArray, guess: FloatArray) -> FloatArray:
+    """Solve cubic Bézier curves, which increase in time, for their parameter: Newton's steps within a bracket."""
+    start = points[:, 0]
+    # As a polynomial of the parameter, from the segment's own start: no digits are lost to a late time.
+    p1, p2, p3 = (points[:, i] - start for i in (1, 2, 3))
+    c1, c2, c3 = 3 * p1, 3 * p2 - 6 * p1, p3 - 3 * p2 + 3 * p1
+    wanted = times - start
+    low, high = np.zeros(len(times)), np.ones(len(times))
+    share = guess
+    for _ in range(100):
+        off = ((c3 * share + c2) * share + c1) * share - wanted
+        low, high = np.where(off <= 0, share, low), np.where(off >= 0, share, high)
+        slope = (3 * c3 * share + 2 * c2) * share + c1
+        newton = share - off / np.where(slope > 0, slope, np.inf)
+        better = np.where((newton > low) & (newton < high) & (slope > 0), newton, (low + high) / 2)
+        better = np.where(off == 0, share, better)
+        if np.abs(better - share).max() <= 4e-16:
+            return better
+        share = better
+    return share
+
+
+def _points(points: FloatArray, share: FloatArray, kinds: IntArray) -> FloatArray:
+    """Evaluate segments at their parameters."""
+    u = share[:, None]
+    v = 1 - u
+    cubic = v**3 * points[:, 0] + 3 * v * v * u * points[:, 1] + 3 * v * u * u * points[:, 2] + u**3 * points[:, 3]
+    out = np.where((kinds == SegmentKind.STEP)[:, None], points[:, 0], cubic)
+    straight = (kinds == SegmentKind.LINEAR)[:, None]
+    out = np.where(straight, points[:, 0] * v + points[:, 3] * u, out)
+    turned = np.flatnonzero(kinds == SegmentKind.SLERP)
+    if len(turned):
+        out[turned] = _turned(points[turned, 0], points[turned, 3], share[turned])
+    return out
+
+
+def _turned(a: FloatArray, b: FloatArray, share: FloatArray) -> FloatArray:
+    """Turn quaternions evenly from a to b, the short way; the order of their parts does not matter."""
+    cosine = (a * b).sum(axis=1)
+    near = np.where(cosine[:, None] < 0, -b, b)
+    # The half chord's sine and cosine give the angle without loss where it is small.
+    angle = 2 * np.arctan2(np.linalg.norm(near - a, axis=1), np.linalg.norm(near + a, axis=1))
+    small = angle < 1e-8
+    sine = np.where(small, 1.0, np.sin(angle))
+    first = np.where(small, 1 - share, np.sin((1 - share) * angle) / sine)
+    second = np.where(small, share, np.sin(share * angle) / sine)
+    out = first[:, None] * a + second[:, None] * near
+    # A key keeps its own sign.
+    exact = share[:, None]
+    return np.where(exact == 0, a, np.where(exact == 1, b, out))
