@@ -12,7 +12,9 @@ from click.testing import CliRunner
 from retime.cli.main import main
 from retime.cli.summary import slip_facts, slip_text
 from retime.data import SAMPLE, sample
+from retime.motion.contacts import contacts
 from retime.search.guided import guided_warp
+from retime.warp.apply import apply_warp
 from retime.warp.slip import retimed_slip
 
 
@@ -51,9 +53,11 @@ def test_where_the_unit_is_known_millimetres_are_not_about_right() -> None:
     clip = sample().frames(0, 400)
     warp = guided_warp(clip, length="80%").warp
     known = replace(clip, metres_per_unit=0.01)
-    assert slip_facts(known, warp)["size_guessed"] is False
-    assert "about" not in slip_text(known, warp)
-    assert "guessed" not in slip_text(known, warp)
+    facts = slip_facts(known, warp, apply_warp(known, warp), contacts(known))
+    assert facts is not None
+    assert facts["size_guessed"] is False
+    assert "about" not in slip_text(facts)
+    assert "guessed" not in slip_text(facts)
     for report, about in ((retimed_slip(clip, warp), True), (retimed_slip(known, warp), False)):
         for text in (repr(report), repr(report.input), repr(report.contact_aware), report._repr_html_()):
             assert ("about" in text) == about

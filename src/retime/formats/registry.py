@@ -42,6 +42,8 @@ class Format:
         File name endings, lower case, with the dot.
     holds : str
         "motion" or "signal".
+    title : str
+        What people call it.
     writes : bool
         Whether it can be written.
     curves : bool
@@ -52,18 +54,19 @@ class Format:
     name: str
     suffixes: tuple[str, ...]
     holds: str
+    title: str
     writes: bool = True
     curves: bool = False
 
 
 FORMATS = (
-    Format("bvh", (".bvh",), "motion"),
-    Format("amc", (".amc",), "motion"),
-    Format("csv_table", (".csv", ".tsv"), "signal"),
+    Format("bvh", (".bvh",), "motion", "BVH"),
+    Format("amc", (".amc",), "motion", "AMC, with its ASF"),
+    Format("csv_table", (".csv", ".tsv"), "signal", "tables of text"),
     # Tables of other programs are read by the same reader, which looks at what they hold, and are written as CSV.
-    Format("csv_table", (".mot", ".sto", ".trc"), "signal", writes=False),
-    Format("npy", (".npy", ".npz"), "signal"),
-    Format("gltf", (".glb", ".gltf"), "motion", curves=True),
+    Format("csv_table", (".mot", ".sto", ".trc"), "signal", "tables of OpenSim", writes=False),
+    Format("npy", (".npy", ".npz"), "signal", "arrays of NumPy"),
+    Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True),
 )
 
 

@@ -1,0 +1,26 @@
+"""Make the table of docs/formats.md from the registry: ``python tools/make_formats.py``."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from retime.formats.registry import FORMATS
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "formats.md"
+_MARKS = re.compile(r"(<!-- formats: [^\n]*-->\n).*?(<!-- /formats -->)", flags=re.DOTALL)
+
+
+def page() -> str:
+    """Return the page with its table made anew."""
+    rows = ["| format | endings | holds | read | written |", "|---|---|---|---|---|"]
+    for known in FORMATS:
+        written = "no" if not known.writes else "yes; retimed in place" if known.curves else "yes"
+        endings = ", ".join(f"`{suffix}`" for suffix in known.suffixes)
+        rows.append(f"| {known.title} | {endings} | a {known.holds} | yes | {written} |")
+    table = "\n".join(rows)
+    return _MARKS.sub(lambda found: f"{found[1]}{table}\n{found[2]}", PAGE.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
