@@ -16,6 +16,8 @@ from retime.errors import FormatError
 from retime.formats.curves.gltf_file import GltfFile
 from retime.warp.cutting import CurveSegments, SegmentKind
 
+# Beyond this single precision has no room for what cutting makes of a number.
+_LARGEST = 1e30
 PATHS = {"translation": 3, "rotation": 4, "scale": 3}
 
 
@@ -171,6 +173,8 @@ def _sampler(file: GltfFile, item: dict[str, Any], index: int, turned: bool, whe
         raise file.error(
             f"{where}: {len(times)} keys need a multiple of {parts * len(times)} values, its output has {values.size}"
         )
+    if np.abs(values).max() > _LARGEST:
+        raise file.error(f"{where}.output holds {np.abs(values).max():g}, which is beyond any place or weight")
     rows = values.reshape(len(times), parts, -1)
     kind = SegmentKind.STEP if interpolation == "STEP" else SegmentKind.LINEAR
     if interpolation == "LINEAR" and turned and rows.shape[2] == 4:
@@ -206,7 +210,8 @@ def keys_of(curve: CurveSegments, sampler: Sampler) -> tuple[NDArray[np.float32]
     first = np.append(True, last[:-1])
     if sampler.interpolation != "CUBICSPLINE":
         return times[last], values[last].astype(np.float32)
-    width = np.diff(curve.times[:, [0, 3]], axis=1)
+    # A tangent between keys that lie all but in one place may be beyond any number: nothing reads it there.
+    width = np.maximum(np.diff(curve.times[:, [0, 3]], axis=1), 1e-7)
     leaving = np.concatenate([3 * (curve.values[:, 1] - curve.values[:, 0]) / width, sampler.out_last[None]])
     arriving = np.concatenate([sampler.in_first[None], 3 * (curve.values[:, 3] - curve.values[:, 2]) / width])
     keyed = np.stack([arriving[first], values[last], leaving[last]], axis=1)

@@ -122,10 +122,8 @@ class GltfFile:
     def whole(self, item: dict[str, Any], name: str, where: str, missing: int | None = None) -> int:
         """Return a member that is a whole number from 0 up."""
         value = item.get(name, missing)
-        if isinstance(value, float) and value.is_integer():
-            value = int(value)
-        if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-            raise self.error(f"{where}.{name} must be a whole number from 0 up, found {value!r}")
+        if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 1 << 48:
+            raise self.error(f"{where}.{name} must be a whole number from 0 up, found {str(value)[:40]}")
         return value
 
     def accessor(self, index: object) -> FloatArray:
@@ -157,7 +155,9 @@ class GltfFile:
         if item.get("normalized") and values.dtype.kind in "iu":
             largest = np.iinfo(values.dtype).max
             return np.asarray(np.maximum(values.astype(np.float64) / largest, -1.0))
-        floats = values.astype(np.float64)
+        with np.errstate(invalid="ignore"):
+            # What is no number is refused below, of whichever kind it is.
+            floats = values.astype(np.float64)
         if not np.isfinite(floats).all():
             raise self.error(f"{where} holds a number that is not finite")
         return floats
@@ -178,6 +178,7 @@ class GltfFile:
             )
         if not count:
             return np.zeros((0, width), dtype=dtype)
+        stride = stride if count > 1 else size
         return np.ndarray((count, width), dtype, view, offset, (stride, dtype.itemsize)).copy()
 
     def _with_sparse(self, values: NDArray[Any], item: dict[str, Any], where: str) -> NDArray[Any]:
@@ -244,7 +245,30 @@ def parse_gltf(path: Path, data: bytes, limits: Limits) -> GltfFile:
         if total > limits.file_bytes:
             raise file.error(f"its buffers have more than {limits.file_bytes} bytes (Limits.file_bytes)")
         file.buffers.append(buffer)
+    _check_lists(file)
     return file
+
+
+def _check_lists(file: GltfFile) -> None:
+    """Refuse lists that are none, and what writing would trip over: views and accessors that nothing reads, too."""
+    for kind in ("animations", "images", "meshes", "nodes", "skins"):
+        file.items(kind)
+    for index in range(len(file.items("bufferViews"))):
+        file.view(index)
+    for index, item in enumerate(file.items("accessors")):
+        sparse = item.get("sparse", {})
+        parts = (
+            [item, *(sparse.get(name, {}) for name in ("indices", "values"))] if isinstance(sparse, dict) else [None]
+        )
+        for part in parts:
+            if not isinstance(part, dict):
+                raise file.error(f"accessors[{index}].sparse must be an object with indices and values")
+            if "bufferView" in part:
+                file.item("bufferViews", part["bufferView"])
+    for index, item in enumerate(file.items("animations")):
+        samplers = item.get("samplers", [])
+        if not isinstance(samplers, list) or not all(isinstance(one, dict) for one in samplers):
+            raise file.error(f"animations[{index}].samplers must be a list of objects")
 
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None, bytes]:

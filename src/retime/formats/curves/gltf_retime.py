@@ -142,7 +142,8 @@ class _Writer:
     def _packed(self, item: dict[str, Any], values: NDArray[np.float32]) -> bytes:
         """Return the bytes of values; whole numbers that are a quantity's own type stay whole, others become floats."""
         if item.get("componentType") != FLOAT:
-            if not item.get("normalized") and (values == np.rint(values)).all():
+            fits = (values == np.clip(np.rint(values), *_range(_dtype(item)))).all()
+            if not item.get("normalized") and fits:
                 return values.astype(_dtype(item)).tobytes()
             item["componentType"] = FLOAT
             item.pop("normalized", None)
@@ -238,6 +239,11 @@ def _mark(views: list[dict[str, Any]], chosen: Iterable[int], size: int) -> Bool
 
 def _width(item: dict[str, Any]) -> int:
     return WIDTHS[item["type"]]
+
+
+def _range(dtype: np.dtype[Any]) -> tuple[float, float]:
+    limits = np.iinfo(dtype)
+    return float(limits.min), float(limits.max)
 
 
 def _dtype(item: dict[str, Any]) -> np.dtype[Any]:

@@ -201,6 +201,8 @@ def _with_ancestors(nodes: list[Node], moved: list[int]) -> list[int]:
 
 
 def _signal(file: GltfFile, animation: Animation, times: FloatArray, rate: Fraction) -> Signal:
+    if not animation.channels:
+        raise file.error(f"{animation.name!r} moves nothing: it has no channels")
     names: list[str] = []
     columns = []
     for channel in animation.channels:
