@@ -63,7 +63,7 @@ def test_the_options_of_a_table_are_for_tables(run, clips) -> None:
 def test_elsewhere_a_motion_is_no_signal(run, clips) -> None:
     says = run("warp", clips.bvh, "--length", "50%", "-o", "x.csv", code=1).stderr
     assert f"x.csv: a .csv file holds a signal, not a motion as {clips.bvh}" in says
-    assert "a motion is written as .bvh or .amc; convert" in says
+    assert "a motion is written as .bvh or .amc or .glb" in says
 
 
 def test_nor_is_a_signal_a_motion(run, clips) -> None:
