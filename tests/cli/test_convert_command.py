@@ -69,7 +69,7 @@ def test_elsewhere_a_motion_is_no_signal(run, clips) -> None:
 def test_nor_is_a_signal_a_motion(run, clips) -> None:
     says = run("convert", clips.csv, "x.BVH", code=1).stderr
     assert f"x.BVH: a .bvh file holds a motion, not a signal as {clips.csv}" in says
-    assert "a signal is written as .csv or .npy or .npz" in says
+    assert "a signal is written as .csv or .tsv or .npy" in says
 
 
 def test_only_force_replaces(run, clips, tmp_path) -> None:
