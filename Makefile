@@ -97,7 +97,7 @@ UV_LOCK = $(PY) -m uv pip compile pyproject.toml --quiet $(UPGRADE) --universal 
 
 lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the newest releases)
 	$(PIP) install --quiet uv
-	$(UV_LOCK) --extra plot --extra edit --extra notebook --extra pandas --group dev --output-file requirements/dev.txt
+	$(UV_LOCK) --extra plot --extra edit --extra notebook --extra pandas --extra parquet --group dev --output-file requirements/dev.txt
 	$(UV_LOCK) --group bench --constraints requirements/dev.txt --output-file requirements/bench.txt
 	$(subst compile pyproject.toml,compile --group core,$(UV_LOCK)) --output-file requirements/core.txt
 

@@ -11,3 +11,6 @@ if not find_spec("starlette"):
     collect_ignore += ["src/retime/server/app.py", "src/retime/server/guard.py"]
 if not find_spec("anywidget"):
     collect_ignore += ["src/retime/notebook.py"]
+# The examples of Parquet need the extra "parquet".
+if not find_spec("pyarrow"):
+    collect_ignore += ["docs/parquet.md"]

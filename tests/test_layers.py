@@ -227,7 +227,7 @@ def test_a_circle_is_found_with_all_of_its_files(tmp_path) -> None:
 
 # What works where NumPy is, and nothing else (tests/core_alone.py uses it there); and what of it can do more.
 CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "data", "project"}
-MORE = {("search/explain.py", "pandas")}
+MORE = {("search/explain.py", "pandas"), ("formats/parquet.py", "pyarrow")}
 
 
 def test_the_core_needs_no_package_but_numpy() -> None:

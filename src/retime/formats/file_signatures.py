@@ -15,6 +15,7 @@ _STARTS = (
     (b"Rar!\x1a\x07", "a RAR archive"),
     (b"PK\x03\x04", "a zip archive (or a format made of one, such as NPZ or USDZ)"),
     (b"PK\x05\x06", "an empty zip archive"),
+    (b"PAR1", "a Parquet table"),
     (b"\x93NUMPY", "a NumPy array (NPY)"),
     (b"Kaydara FBX Binary", "a binary FBX scene"),
     (b"; FBX", "an FBX scene in text"),

@@ -7,6 +7,7 @@ Modules are imported when a file of theirs is met.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -17,7 +18,7 @@ from urllib.parse import quote
 
 from retime.brief import kind_of
 from retime.checks import path_of
-from retime.errors import FormatError, OptionError, OutputExistsError
+from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
 from retime.files import write_bytes
 from retime.formats.compressed import COMPRESSED, is_compressed, plain_path, read_plain, refuse_compressed
 from retime.formats.read_options import Limits, ReadOptions
@@ -49,6 +50,8 @@ class Format:
     curves : bool
         Whether its animation is curves with keys, which are retimed in place (`retime_file`); its module then is in
         `retime.formats.curves`.
+    package, extra : str
+        A package that it needs beyond retime's own, and the extra that installs it.
     """
 
     name: str
@@ -57,6 +60,8 @@ class Format:
     title: str
     writes: bool = True
     curves: bool = False
+    package: str = ""
+    extra: str = ""
 
 
 FORMATS = (
@@ -67,6 +72,7 @@ FORMATS = (
     Format("csv_table", (".mot", ".sto", ".trc"), "signal", "tables of OpenSim", writes=False),
     Format("npy", (".npy", ".npz"), "signal", "arrays of NumPy"),
     Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True),
+    Format("parquet", (".parquet",), "signal", "Parquet tables", package="pyarrow", extra="parquet"),
 )
 
 
@@ -111,6 +117,8 @@ def format_of(path: str | PathLike[str]) -> Format:
 def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:
     """Refuse a place whose format holds signals for a motion, and the reverse, or a compressed file; raise FormatError.
 
+    MissingExtraError is raised where its format needs a package that is not installed.
+
     Parameters
     ----------
     path : path-like
@@ -131,6 +139,8 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
             f"{known.holds} is {what[known.holds]}); a {holds} is written as {endings}{remedy}",
             path=path,
         )
+    if known.package and importlib.util.find_spec(known.package) is None:
+        raise MissingExtraError(f"a {known.suffixes[0]} file", package=known.package, extra=known.extra)
 
 
 def _module(known: Format) -> FormatModule:
