@@ -170,7 +170,11 @@ def test_the_metadata_gives_way_to_times_that_disagree(tmp_path: Path) -> None:
         ({"x": [2**53 + 1, 2]}, {}, "can't be read: Integer value 9007199254740993"),
         ({"x": [1.0, np.inf]}, {"retime.rate": "30"}, "channel 'x' at frame 1"),
         ({"x": [1.0, 2]}, {"retime.rate": "fast"}, "the metadata's rate: "),
-        ({"x": [1.0, 2]}, {"retime.rate": "30", "retime.first_frame": "one"}, "first frame is no number"),
+        (
+            {"x": [1.0, 2]},
+            {"retime.rate": "30", "retime.first_frame": "one"},
+            r"retime\.first_frame in the metadata is no number",
+        ),
         ({"x": [b"a", b"b"]}, {}, "no row of numbers"),
         ({"x": np.zeros(0)}, {"retime.rate": "30"}, "no row of numbers"),
     ],
@@ -279,3 +283,16 @@ def test_without_pyarrow_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.
 def test_pyarrow_is_imported_when_it_is_used() -> None:
     code = "import sys, retime.formats.parquet, retime; retime.sample(); sys.exit('pyarrow' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@needs_pyarrow
+def test_the_time_of_the_first_row_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time,x\n2.235,1\n2.335,2\n2.435,4\n")
+    before = signal(tmp_path / "a.csv")
+    write(before, tmp_path / "a.parquet")
+    back = signal(tmp_path / "a.parquet")
+    assert (back.start_time, back.rate) == (before.start_time, 10)
+    assert back.start_time == pytest.approx(2.235)
+    cut = pq.read_table(tmp_path / "a.parquet").slice(1)
+    pq.write_table(cut, tmp_path / "b.parquet")
+    assert signal(tmp_path / "b.parquet").start_time == pytest.approx(2.335)

@@ -8,7 +8,7 @@ import pytest
 import retime
 from retime import Motion, OptionError, Skeleton, joint_signal
 from retime.motion import rotation
-from retime.motion.joint_signal import JOINT_SPACES, distinct_names
+from retime.motion.joint_signal import JOINT_SPACES, JointSpace, distinct_names
 
 NAMES = ("Spine", "Hand", "Foot.x", "=Hand", "Hand", "腰", "t")
 
@@ -32,6 +32,7 @@ def figure(seed: int, up: str = "y") -> Motion:
         name="any",
         first_frame=3,
         up=up,  # type: ignore[arg-type]
+        root=names[0],
     )
 
 
@@ -100,9 +101,28 @@ def test_positions_are_global_and_rotations_local_unless_said() -> None:
 def test_what_has_no_joints_there_is_refused() -> None:
     one = Motion(Skeleton(("root",), (-1,), np.zeros((1, 3))), np.tile([1.0, 0, 0, 0], (4, 1, 1)))
     assert joint_signal(one).names == ("root.x", "root.y", "root.z")
-    with pytest.raises(OptionError, match="one joint, which is the origin of torso space"):
+    with pytest.raises(OptionError, match="one joint in its body, which is the origin of torso space"):
         joint_signal(one, space="torso")
     with pytest.raises(OptionError, match="the space of joints is one of global, torso, heading, local; found 'hips'"):
         joint_signal(one, space="hips")  # type: ignore[arg-type]
     with pytest.raises(OptionError, match=r"joint_signal\(motion\) with a motion"):
         joint_signal(joint_signal(one))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("space", ["torso", "heading"])
+@pytest.mark.parametrize("rotations", [False, True])
+def test_a_node_above_the_body_is_no_origin(space: JointSpace, rotations: bool) -> None:
+    clip = retime.sample()[:40]
+    n_joints = clip.skeleton.n_joints
+    rig = Skeleton(
+        ("Reference", *clip.skeleton.names),
+        (-1, *(parent + 1 for parent in clip.skeleton.parents)),
+        np.concatenate([np.zeros((1, 3)), clip.skeleton.offsets]),
+    )
+    q = np.concatenate([np.tile([1.0, 0, 0, 0], (40, 1, 1)), clip.rotations], axis=1)
+    p = np.concatenate([np.zeros((40, 1, 3)), clip.local_translations], axis=1)
+    below = joint_signal(Motion(rig, q, p, 60), rotations=rotations, space=space)
+    plain = joint_signal(clip, rotations=rotations, space=space)
+    assert below.names == plain.names
+    np.testing.assert_allclose(below.values, plain.values, atol=1e-9)
+    assert len(joint_signal(Motion(rig, q, p, 60)).names) == 3 * (n_joints + 1)

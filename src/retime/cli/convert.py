@@ -59,8 +59,8 @@ _SPACES = ("global", "torso", "heading", "local")
     metavar="SPACE",
     type=click.Choice(_SPACES, case_sensitive=False),
     default_text="global; local for rotations",
-    help="What positions and rotations are seen from: global (Y is up), torso (the root), heading (the ground below "
-    "the root, turned as it is), local (each joint's parent).",
+    help="What positions and rotations are seen from: global (Y is up), torso (the hips), heading (the ground below "
+    "the hips, turned as they are), local (each joint's parent).",
 )
 @click.option("--force", cls=Option, is_flag=True, help="Replace B if it is there; never A.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")

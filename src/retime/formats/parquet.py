@@ -12,6 +12,7 @@ Needs the extra ``parquet`` (pyarrow).
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Sequence
 from fractions import Fraction
@@ -29,6 +30,7 @@ from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import ChannelKind, text_label
+from retime.motion.clock import Clock
 from retime.motion.rate import parse_rate, rate_from_step
 from retime.motion.signal import Signal
 
@@ -38,8 +40,9 @@ _TIMES = (_TIME, "time", "t", "seconds")
 # Columns that number rows, where they do; and one that numbers motions.
 _COUNTERS = (_FRAME, "frame", "index", "__index_level_0__")
 _EPISODE = "episode_index"
-_RATE, _FIRST_FRAME, _KIND = b"retime.rate", b"retime.first_frame", b"retime.kind"
+_RATE, _FIRST_FRAME, _START, _KIND = b"retime.rate", b"retime.first_frame", b"retime.start", b"retime.kind"
 _TICKS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+_FRACTION = re.compile(rb"-?[0-9]{1,40}(?:/[1-9][0-9]{0,39})?")
 _FPS_HINT = "; give the rate (--fps, rate=)"
 # A small file may be all alike, and so compress well past the ratio.
 _SMALL_BYTES = 1 << 20
@@ -254,17 +257,19 @@ class _Columns:
             rate,
             options,
             {new: self.kinds[place] for new, place in enumerate(kept) if place in self.kinds},
-            first_frame=self.first_frame() + int(first),
+            first_frame=int(self.number(_FIRST_FRAME) or 0) + int(first),
+            clock=Clock("s", self.number(_START)).later(int(first) / rate),
             time_column="" if time is None else self.names[time],
         )
 
-    def first_frame(self) -> int:
-        """Return the number of the frame that counts as 0 in the file, as `write` says it."""
-        said = self.metadata.get(_FIRST_FRAME, b"0")
-        try:
-            return int(said.decode("ascii"))
-        except ValueError:
-            raise FormatError(f"the metadata's first frame is no number: {said[:40]!r}", path=self.path) from None
+    def number(self, key: bytes) -> Fraction | None:
+        """Return a number of the metadata, as `write` says it, if it is there: of or at the frame that counts as 0."""
+        said = self.metadata.get(key)
+        if said is None:
+            return None
+        if not _FRACTION.fullmatch(said):
+            raise FormatError(f"{key.decode()} in the metadata is no number: {said[:40]!r}", path=self.path)
+        return Fraction(said.decode("ascii"))
 
     def rate(self, times: FloatArray | None, column: int | None) -> Fraction:
         """Find the rate: what `write` says of it, where times agree, else that of even times."""
@@ -343,6 +348,8 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
             arrays.append(arrow.array(np.ascontiguousarray(numbers), from_pandas=True))
         fields.append(arrow.field(name, arrays[-1].type, metadata={_KIND: str(kind).encode()}))
     facts = {_RATE: str(signal.rate).encode(), _FIRST_FRAME: str(signal.first_frame).encode()}
+    if signal.clock.start is not None:
+        facts[_START] = str(signal.clock.start).encode()
     table = arrow.Table.from_arrays(arrays, schema=arrow.schema(fields, metadata=facts))
     file = BytesIO()
     arrow.parquet.write_table(table, file)

@@ -12,6 +12,7 @@ from retime.brief import kind_of
 from retime.errors import OptionError
 from retime.motion import rotation
 from retime.motion.blending import one_side
+from retime.motion.body import body_of
 from retime.motion.channels import ChannelKind
 from retime.motion.kinematics import global_poses, heading_positions, heading_rotations, torso_positions
 from retime.motion.motion import Motion
@@ -32,9 +33,10 @@ def joint_signal(motion: Motion, *, rotations: bool = False, space: JointSpace |
         Give rotations, as quaternions ``Hips.qw``, ``Hips.qx``, ``Hips.qy``, ``Hips.qz``, whose signs agree from frame
         to frame. Else positions, in length units.
     space : {"global", "torso", "heading", "local"}, optional
-        What they are seen from. ``global``: the world, Y up (for positions, if left out). ``torso``: the root, which
-        has no channels then. ``heading``: the place on the ground below the root, turned as it is about the vertical
-        axis. ``local``: each joint's parent (for rotations, if left out).
+        What they are seen from. ``global``: the world, Y up (for positions, if left out). ``torso``: the joint that
+        carries the body (`retime.motion.body.body_joint`), which has no channels then. ``heading``: the place on the
+        ground below it, turned as it is about the vertical axis. ``local``: each joint's parent (for rotations, if left
+        out). In torso and heading space only the body has channels, not what hangs above it.
 
     Returns
     -------
@@ -61,11 +63,15 @@ def joint_signal(motion: Motion, *, rotations: bool = False, space: JointSpace |
         space = "local" if rotations else "global"
     if space not in JOINT_SPACES:
         raise OptionError(f"the space of joints is one of {', '.join(JOINT_SPACES)}; found {space!r}")
+    if space in ("torso", "heading"):
+        motion = body_of(motion)
     names = distinct_names(motion.skeleton.names)
     if space == "torso":
         names = names[1:]
         if not names:
-            raise OptionError(f"{motion.name or 'the motion'} has one joint, which is the origin of torso space")
+            raise OptionError(
+                f"{motion.name or 'the motion'} has one joint in its body, which is the origin of torso space"
+            )
     values = _rotations(motion, space) if rotations else _positions(motion, space)
     axes, kind = (("qw", "qx", "qy", "qz"), "quaternion") if rotations else (("x", "y", "z"), "linear")
     channels = tuple(f"{name}.{axis}" for name in names for axis in axes)
