@@ -19,6 +19,7 @@ from hypothesis.extra import numpy as hnp
 from retime.errors import FormatError, FormatWarning, OutputExistsError
 from retime.formats import Limits, read, write
 from retime.motion.channels import text_label
+from retime.motion.clock import Clock
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.motion.skeleton import Skeleton
@@ -512,3 +513,16 @@ def test_a_damaged_archive_is_not_quoted_at_length(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match=r"a damaged zip archive: File name in directory .*\.\.\.$") as refused:
         read(tmp_path / "broken.npz")
     assert len(refused.value.problem) < 200
+
+
+@pytest.mark.parametrize("start", [Fraction("2.235"), Fraction(-1, 8), Fraction(1_700_000_000), Fraction(3, 10)])
+def test_the_time_of_the_first_frame_comes_back(tmp_path: Path, start: Fraction) -> None:
+    signal = Signal(("x",), np.arange(5.0)[:, None], 10, first_frame=3, clock=Clock("ms", start, "2235"))
+    write(signal, tmp_path / "a.npz")
+    again = read(tmp_path / "a.npz")
+    assert isinstance(again, Signal)
+    assert (again.clock.start, again.first_frame) == (start if start != Fraction(3, 10) else None, 3)
+    assert again.start_time == float(start)
+    np.savez(tmp_path / "b.npz", values=np.zeros((3, 1)), rate=10, start_time=np.inf)
+    with pytest.raises(FormatError, match="start_time is inf; expected seconds"):
+        read(tmp_path / "b.npz")

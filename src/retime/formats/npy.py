@@ -4,8 +4,8 @@ A .npy file is one array: (n_frames,), (n_frames, n_channels) or points (n_frame
 these is passed over. Fours of unit length are rotations. It holds no rate, which must be given. A .npz archive holds
 such arrays by name: ``values``, ``poses`` and ``trans`` side by side, the only one that could be meant, or those that
 were chosen. It may hold a rate (``rate``, ``fps``, ``mocap_framerate`` ...: text such as "24000/1001", or a number),
-``names`` of all channels or ``joint_names`` of the points, ``first_frame``, and what the channels hold (``kinds``,
-``words``).
+``names`` of all channels or ``joint_names`` of the points, ``first_frame``, the time of that (``start_time``,
+seconds), and what the channels hold (``kinds``, ``words``).
 
 Only plain numbers and text are read: nothing is unpickled or evaluated, and a claimed size is compared with the bytes
 that are there before anything is made of it.
@@ -35,6 +35,7 @@ from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import ChannelKind
+from retime.motion.clock import Clock
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal, numbered_names
 
@@ -59,7 +60,9 @@ _NUMBER_BYTES = {"i": (1, 2, 4, 8), "u": (1, 2, 4, 8), "f": (2, 4, 8), "b": (1,)
 _REFUSED = {"O": "Python objects, which are never loaded", "c": "complex numbers", "m": "time spans", "M": "dates"}
 # A small member may be all zeros, and so compress well past the ratio; only a large one can hurt.
 _SMALL_MEMBER = 1 << 20
-_KNOWN_MEMBERS = ("names", "first_frame", "kinds", "words", "word_counts")
+# Seconds, thirty million years: beyond it a time since whenever is a mistake.
+_LATEST = 1e15
+_KNOWN_MEMBERS = ("names", "first_frame", "start_time", "kinds", "words", "word_counts")
 _RATES = ("rate", "fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
 _POINT_NAMES = ("joint_names", "joints_names", "keypoint_names", "point_names", "marker_names")
 # Arrays that are the frames where an archive has them: retime's own, and those of a capture of body parameters.
@@ -150,6 +153,13 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     first_frame = 0
     if "first_frame" in members:
         first_frame = int(_number(path, members["first_frame"], "first_frame", "iu"))
+    clock = Clock()
+    if "start_time" in members:
+        start = _number(path, members["start_time"], "start_time", "iuf")
+        if not abs(start) < _LATEST:
+            raise FormatError(f"start_time is {start:g}; expected seconds, of {_LATEST:g} at most", path=path)
+        # The decimal that a person would write: 2.235 is no double.
+        clock = Clock(start=Fraction(repr(start)))
     known = _kinds(path, members, len(names))
     if not known:
         # Fours of an array that are rotations have no names that could say so.
@@ -157,7 +167,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
         for table in tables:
             known |= {start + column: ChannelKind("quaternion") for column in table.rotations}
             start += len(table.names)
-    return make_signal(path, names, values, rate, options, known, first_frame=first_frame)
+    return make_signal(path, names, values, rate, options, known, first_frame=first_frame, clock=clock)
 
 
 def _parse(path: Path, data: bytes, what: str, options: ReadOptions) -> _Array:
@@ -530,6 +540,8 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
         members["word_counts"] = np.array([len(kind.words) for kind in signal.kinds])
     if signal.first_frame:
         members["first_frame"] = np.array(signal.first_frame)
+    if signal.clock.start is not None and signal.clock.start != signal.first_frame / signal.rate:
+        members["start_time"] = np.array(signal.start_time)
     file = BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         for name, array in members.items():
