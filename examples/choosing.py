@@ -44,15 +44,15 @@ def keep_jumps() -> dict[str, retime.Warp]:
 
 
 def fine_steps() -> dict[str, retime.Warp]:
-    """Slow a walk that never rests: quarters of its speed, or eighths."""
+    """Slow a walk that never rests: quarters of its speed, or twelfths."""
     found = {
-        name: retime.guided_warp(WALK, length="120%", upsample=upsample).warp
-        for name, upsample in (("as it is", None), ("upsample 8", 8))
+        name: retime.guided_warp(WALK, length="125%", upsample=upsample).warp
+        for name, upsample in (("upsample 4", 4), ("as it is", None))
     }
-    quarters, eighths = (step_spread(warp, walked_steps(WALK)) for warp in found.values())
+    quarters, twelfths = (step_spread(warp, walked_steps(WALK)) for warp in found.values())
     assert quarters is not None
-    assert eighths is not None
-    assert eighths < quarters
+    assert twelfths is not None
+    assert twelfths < quarters / 2
     return found
 
 

@@ -401,7 +401,7 @@ export const OPTIONS: readonly Option[] = [
     name: "upsample",
     kind: "whole",
     default: null,
-    usual: "1 where nothing gets slower, else 4 or more; 8 for another reference",
+    usual: "4 where a figure gets shorter, 12 where longer; 8 for another reference; 1 or 4 for signals",
     inShort: "as needed",
     label: "Finest step",
     hint: "Into how many parts the search may divide a frame: 4 lets it play at a quarter of the speed",

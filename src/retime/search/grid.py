@@ -25,6 +25,10 @@ DEFAULT_MAX_SKIP = 8
 _QUARTERS, _EIGHTHS, _EIGHTHS_UP_TO = 4, 8, 120.0
 # Natural hurry needs speeds such as 1.25; where an input is longer than so many seconds it makes do with 1.5.
 _HALVES, _QUARTERS_UP_TO = 2, 120.0
+# Where a clip gets longer all of it plays near one speed below 1, which quarters have seldom: steps then last some
+# three quarters and others all of their time. Twelfths have thirds and sixths too (docs/study), at some five times the
+# cost: worth it up to so many seconds.
+_TWELFTHS, _TWELFTHS_UP_TO = 12, 60.0
 # How many times faster than life a natural hurry may be anywhere.
 _NATURAL_SPEED = 8
 # A hand's speeds are followed in sixteenths or finer: in eighths mild ones are rounded (docs/method.md). Half as fine
@@ -96,8 +100,8 @@ def choose_upsamples(
     """Choose for each span how many frames are offered per analysis period.
 
     1 where the input moves like itself and a span gets no longer; else 4, 8, or what the mean speed asks for. Where
-    hurry is to be natural, 4 wherever the length changes (2 in long takes). Where a hand is to be followed, what
-    plays its speeds (`hand_grid`).
+    hurry is to be natural, 4 where a span gets shorter, and 12 where it gets longer (4 or 2 in long takes). Where a
+    hand is to be followed, what plays its speeds (`hand_grid`).
     """
     usual = _QUARTERS if itself else usual_upsample(wishes.input_end)
     if natural and wishes.input_end > _QUARTERS_UP_TO:
@@ -119,7 +123,8 @@ def choose_upsamples(
         ):
             least = 1
         elif mean < 1:
-            least = max(usual, _ample(1 / mean, 16))
+            fine = _TWELFTHS if natural and wishes.input_end <= _TWELFTHS_UP_TO else usual
+            least = max(fine, _ample(1 / mean, 16))
         elif natural:
             least = max(1, usual // max(1, math.floor(mean / 2)))
         else:
@@ -161,7 +166,8 @@ def choose_max_skip(
 def natural_steps(reduction: Reduction, wishes: Wishes, max_skip: int) -> StepPairs:
     """Choose the steps that a natural hurry needs: close together about unit speed, an octave apart at high speeds.
 
-    With 4 frames a period they play at 1/4, 1/2, 3/4, 1, 5/4, 3/2, 2, 3, 4 and 8. What wishes ask for is added.
+    With 4 frames a period they play at 1/4, 1/2, 3/4, 1, 5/4, 3/2, 2, 3, 4 and 8; with 12 at all twelfths up to 1.
+    What wishes ask for is added.
 
     Parameters
     ----------
@@ -176,7 +182,10 @@ def natural_steps(reduction: Reduction, wishes: Wishes, max_skip: int) -> StepPa
     for upsample in set(reduction.upsamples):
         # Finer than an eighth of the speed nothing can be told apart; slow speeds have what whole frames give.
         apart = max(1, upsample // _EIGHTHS)
-        found |= {step for step in range(1, upsample + upsample // 2 + 1) if step <= 6 or step % apart == 0}
+        found |= {step for step in range(1, upsample + 1) if step <= 6 or step % apart == 0}
+        # Frames so fine are offered for slow speeds: beyond 1 quarters will do.
+        beyond = apart if upsample <= _EIGHTHS else upsample // 4
+        found |= {step for step in range(upsample + 1, upsample + upsample // 2 + 1) if step <= 6 or step % beyond == 0}
         found |= {upsample, 3 * upsample}
         found |= {upsample << octave for octave in range(1, MAX_STEP.bit_length())}
     return StepPairs.of(sorted(step for step in found if 1 <= step <= max_skip), ratio=_NEIGHBORS)

@@ -113,9 +113,10 @@ def guided_warp(
         more where twice is dear).
     upsample : int, optional
         Frames offered per analysis period: no speed falls below ``1 / upsample``. Left out, each span between keytimes
-        has its own: 1 where the input moves like itself and gets no longer, 4 where it gets longer; 8 for another
-        reference (4 where the input is longer than two minutes); more, twice the mean slow-down, where that asks for
-        more (a quarter more where twice is dear); fewer where the span plays at twice its speed or faster.
+        has its own. With natural hurry 4 where it gets shorter and 12 where it gets longer (4 where the input is
+        longer than a minute, 2 beyond two); without it 1 and 4; 8 for another reference (4 beyond two minutes). More,
+        twice the mean slow-down, where that asks for more (a quarter more where twice is dear); fewer where the span
+        plays at twice its speed or faster.
     n_neighbors : int
         Reference frames averaged in a score (the paper's k).
     time_scale : float
