@@ -383,7 +383,7 @@ class _Table:
 
     def signal(self) -> Signal:
         """Make a signal of what was read."""
-        columns = {place: self.time_column(place) for place in self.clocks}
+        columns = self.time_columns()
         time = self.choose_clock(columns)
         frame = self.frame_column(time)
         clock = None if time is None else columns[time]
@@ -418,13 +418,23 @@ class _Table:
             return signal
         return replace(signal, values=blended(signal.values, signal.names, signal.kinds, places))
 
-    def time_column(self, column: int) -> TimeColumn:
-        """Take a column for times."""
+    def time_columns(self) -> dict[int, TimeColumn]:
+        """Take the columns that may hold times for times."""
+        rate = self.options.rate or self.layout.rate
+        found = {}
+        # Numbers first: their rate tells how many frames a timecode beside them counts to its second.
+        for column in sorted(self.clocks, key=lambda column: column in self.time_texts):
+            times = found[column] = self.time_column(column, rate)
+            rate = rate or times.told_rate()
+        return {column: found[column] for column in self.clocks}
+
+    def time_column(self, column: int, rate: Fraction | None) -> TimeColumn:
+        """Take a column for times, of rows that are known, or not, to have this rate."""
         name = self.layout.clock_name or self.names[column] or "time"
         if column in self.time_texts:
             texts = self.time_texts[column][: len(self.values)]
             form: ClockForm = "timecode" if self.clocks[column] == "timecode" else "date"
-            return text_times(name, texts, form, self.options.rate)
+            return text_times(name, texts, form, rate)
         times = np.array(self.values[:, column])
         return numeric_times(name, times, self.first_row()[column].replace(",", "."), self.known_form(column))
 
@@ -483,8 +493,15 @@ class _Table:
         return measured if declared is None or abs(declared / measured - 1) > Fraction(1, 200) else declared
 
     def say_form(self, clock: TimeColumn) -> None:
-        """Say it, where only the size of times told in what they count."""
+        """Say it, where only the size of times told in what they count, or nothing did."""
         form = clock.clock.form
+        if clock.guessed:
+            warnings.warn(
+                f"{self.path}: no second ends among these timecodes, so {clock.clock.base} frames to a second are a "
+                "guess; where it is wrong, give the rate (--fps)",
+                FormatWarning,
+                stacklevel=4,
+            )
         if form not in ("ms", "us", "ns"):
             return
         column = next(place for place in self.clocks if self.names[place] == clock.name or self.layout.clock_name)

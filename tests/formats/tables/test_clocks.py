@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import random
+import re
 import warnings
 from datetime import UTC, datetime, timedelta
 from fractions import Fraction
@@ -13,7 +15,7 @@ import pytest
 
 from retime import apply_warp, resample
 from retime.errors import FormatError, FormatWarning
-from retime.formats import read, write
+from retime.formats import Limits, read, write
 from retime.motion.clock import Clock
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
@@ -138,6 +140,21 @@ def test_a_timecode_of_another_rate_counts_parts_of_frames(tmp_path: Path) -> No
     assert written(tmp_path, resample(signal, 15))[1][:3] == ["00:00:04:00", "00:00:04:02", "00:00:04:04"]
 
 
+def test_what_a_timecode_counts_is_told_by_what_stands_beside_it(tmp_path: Path) -> None:
+    rows = "".join(f"01:00:00:{i:02d},{i / 25:.2f},{i}\n" for i in range(12))
+    (tmp_path / "a.csv").write_text("Timecode,time,x\n" + rows)
+    signal = read(tmp_path / "a.csv")
+    assert isinstance(signal, Signal)
+    assert (signal.names, signal.rate, signal.clock.base) == (("x",), 25, 25)
+    alone = "Timecode,x\n" + re.sub(r",\d\.\d\d,", ",", rows)
+    (tmp_path / "a.csv").write_text(alone)
+    with pytest.warns(FormatWarning, match="24 frames to a second are a guess"):
+        assert read(tmp_path / "a.csv").rate == 24
+    told = read(tmp_path / "a.csv", rate=25)
+    assert isinstance(told, Signal)
+    assert (told.rate, told.clock.base) == (25, 25)
+
+
 @pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
 @pytest.mark.parametrize("between", ["T", " "])
 def test_dates(tmp_path: Path, zone: str, between: str) -> None:
@@ -226,3 +243,34 @@ def test_dropped_frames_are_filled_in(tmp_path: Path) -> None:
 def test_a_signal_made_here_begins_at_its_first_frame() -> None:
     signal = Signal(("x",), np.zeros((4, 1)), 20, first_frame=10)
     assert (signal.start_time, signal[2:].start_time, signal.clock) == (0.5, 0.6, Clock())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_damaged_times_end_in_a_signal_or_a_format_error(tmp_path: Path, seed: int) -> None:
+    chance = random.Random(seed)
+    whole = [
+        "Timecode,time,x\n" + "".join(f"01:00:0{i // 4};{i % 4:02d}.5,{i / 4},{i}\n" for i in range(12)),
+        "time,t,x\n" + "".join(f"2024-12-31T23:59:{50 + i}.25Z,{i},{i}\n" for i in range(9)),
+        "timestamp,time_us,x\n" + "".join(f"{i * 33},{i * 33000},{i}\n" for i in range(9)),
+    ]
+    pieces = [b"9", b"-", b":", b";", b".", b"Z", b"e9", b"0" * 20, b"00", b"\n", b",", b"e-9", b"99:59:59:239"]
+    outcomes = set()
+    for _ in range(200):
+        data = bytearray(chance.choice(whole).encode())
+        for _ in range(chance.randint(1, 3)):
+            at = chance.randrange(len(data) + 1)
+            data[at : at + chance.choice([0, 0, 1, 4])] = chance.choice([b"", *pieces])
+        (tmp_path / "a.csv").write_bytes(data)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FormatWarning)
+            try:
+                found = read(tmp_path / "a.csv", rate=chance.choice([None, 30]), limits=Limits(frames=10_000))
+                assert np.isfinite(found.values).all()
+                # What is read can be written, and read.
+                write(found, tmp_path / "b.csv", overwrite=True)
+                again = read(tmp_path / "b.csv", rate=found.rate)
+                assert again.values.tolist() == found.values.tolist()
+                outcomes.add("signal")
+            except FormatError:
+                outcomes.add("error")
+    assert outcomes == {"signal", "error"}

@@ -81,6 +81,15 @@ def test_motive(tmp_path: Path) -> None:
     assert found.values[:, 0].tolist() == [170, -170, -160]
 
 
+def test_motive_of_today(tmp_path: Path) -> None:
+    """Its rows say at their beginning what they hold."""
+    text = MOTIVE.replace(",,Bone", ",Type,Bone").replace(",,Hip", ",Name,Hip").replace(",,1", ",ID,1")
+    found = table(tmp_path, text)
+    old = table(tmp_path, MOTIVE)
+    assert (found.names, found.rate, found.time_column) == (old.names, 120, "Time (Seconds)")
+    assert found.values.tolist() == old.values.tolist()
+
+
 def test_deeplabcut_of_several_animals(tmp_path: Path) -> None:
     found = table(tmp_path, DLC, rate=30)
     assert found.names == ("one.nose.x", "one.nose.y", "two.nose.x", "two.nose.y")

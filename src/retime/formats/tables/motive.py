@@ -44,6 +44,10 @@ def find(head: Head) -> Layout | None:
     met: Counter[tuple[str, str]] = Counter()
     columns = zip_longest(axes.fields, owners, measures.fields if measures else (), fillvalue="")
     for column, (axis, owner, measure) in enumerate(islice(columns, len(axes.fields))):
+        if not measure and owner.lower() in ("", "name"):
+            # Frames and times; newer files say above them what each row holds.
+            names.append([axis])
+            continue
         names.append([owner, measure.lower() if axis and owner else measure, axis])
         if measure.lower() == "rotation" and axis:
             # Two things may have one name: what a column's rotation belongs to is told by how often its axis was met.

@@ -57,6 +57,8 @@ class TimeColumn:
         Makes text of a row's time, for messages.
     exact : Fraction, optional
         Frames a second, where nothing was rounded.
+    guessed : bool
+        Whether it is a guess how many frames its timecode counts to a second.
     """
 
     name: str
@@ -66,6 +68,7 @@ class TimeColumn:
     clock: Clock
     show: Callable[[int], str]
     exact: Fraction | None = None
+    guessed: bool = False
 
     @property
     def rises(self) -> bool:
@@ -105,9 +108,15 @@ class TimeColumn:
         off = np.abs(np.diff(self.times) - step)
         return not off.max() > max(0.01 * step, min(2 * self.unit, 0.75 * step))
 
+    def told_rate(self) -> Fraction | None:
+        """Find the exact rate of times, if they rise, are even, and have one."""
+        if len(self.times) == 1 or not (self.rises and self.even):
+            return None
+        return self.exact or rate_of(self.times, self.unit, self.ticks)
+
     def rate(self) -> Fraction:
         """Find the exact rate of even times; raise TimesError where there is none."""
-        found = self.exact or rate_of(self.times, self.unit, self.ticks)
+        found = self.told_rate()
         if found is None:
             step = float(self.times[-1] - self.times[0]) / (len(self.times) - 1) / self.ticks
             raise TimesError(f"the mean step of {self.name!r}, {step:.6g} s, gives no rate of 0.000001 to 1,000,000")
@@ -207,4 +216,4 @@ def text_times(name: str, texts: Sequence[str], form: ClockForm, rate: Fraction 
     steps = {after - before for before, after in pairwise(found.seconds)} if found.base else set()
     exact = 1 / steps.pop() if len(steps) == 1 and min(steps) > 0 else None
     times = np.array([float(second - found.seconds[0]) for second in found.seconds])
-    return TimeColumn(name, times, float(found.unit), 1, clock, lambda row: repr(texts[row]), exact)
+    return TimeColumn(name, times, float(found.unit), 1, clock, lambda row: repr(texts[row]), exact, found.guessed)

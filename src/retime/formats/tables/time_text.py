@@ -37,12 +37,15 @@ class TextTimes:
         Frames that a timecode counts to its second; else 0.
     pace : Fraction
         Seconds that pass while it counts one: of drop-frame timecode 1001/1000, else 1.
+    guessed : bool
+        Whether `base` is only what is usual: no second ends among the rows, and nobody said the rate.
     """
 
     seconds: list[Fraction]
     unit: Fraction
     base: int = 0
     pace: Fraction = Fraction(1)
+    guessed: bool = False
 
 
 def form_of_text(cell: str) -> ClockForm | None:
@@ -125,7 +128,8 @@ def _timecodes(texts: Sequence[str], rate: Fraction | None) -> TextTimes:
             count -= base // 15 * (minutes - minutes // 10)
         seconds.append(count * pace / base)
     digits = max(len(match[6] or "") for match in matches)
-    return TextTimes(seconds, pace / base / 10**digits, base, pace)
+    guessed = len(set(whole)) == 1 and (rate is None or round(rate) % base != 0) and not drop
+    return TextTimes(seconds, pace / base / 10**digits, base, pace, guessed)
 
 
 def _base(whole: Sequence[int], frames: Sequence[Fraction], rate: Fraction | None, *, drop: bool) -> int:

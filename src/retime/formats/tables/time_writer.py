@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from retime.formats.tables.time_column import TimeColumn, form_of_values, rate_of, text_times, unit_of
+from retime.formats.tables.time_column import form_of_values, rate_of, text_times, unit_of
 from retime.formats.tables.time_names import form_of_name
 from retime.formats.tables.time_text import text_writer
 from retime.motion.clock import TICKS, Clock
@@ -42,7 +42,7 @@ def time_texts(signal: Signal, name: str) -> tuple[str, list[str], bool]:
     if clock.form in ("timecode", "date"):
         parts, write = text_writer(clock.sample, clock.base, rate)
         texts = [write(part) for part in _counts(start, rate, n_frames, parts, nearest=False)]
-        return name, texts, n_frames > 1 and _found_again(text_times(name, texts, clock.form, None)) == rate
+        return name, texts, text_times(name, texts, clock.form, None).told_rate() == rate
     ticks = TICKS[clock.form]
     fewest = _fewest_decimals(clock, rate)
     for decimals in range(fewest, fewest + 12):
@@ -61,11 +61,6 @@ def time_texts(signal: Signal, name: str) -> tuple[str, list[str], bool]:
     ):
         name = f"{name}_{clock.form}"
     return name, [_decimal(count, decimals) for count in counts], exact
-
-
-def _found_again(times: TimeColumn) -> Fraction | None:
-    """Find the rate that a reader will find; None where it finds none."""
-    return times.rate() if times.rises and times.even else None
 
 
 def _fewest_decimals(clock: Clock, rate: Fraction) -> int:
