@@ -85,8 +85,8 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
             with stages.stage("slip", "measuring the feet"):
                 slip = slip_facts(found.clip, found.warp, result, feet)
         del result
-    for (source, place), (clip, _) in zip(outputs.also, found.others, strict=True):
-        writing.write(source, found.clip_options, clip, found.warp, place, stages)
+    for one, (clip, _) in zip(outputs.also, found.others, strict=True):
+        writing.write(one.clip, found.clip_options, clip, found.warp, one.output, stages)
     if outputs.explain is not None and found.search is not None:
         with stages.stage("write", "writing"):
             write_bytes(outputs.explain, found.search.explain().to_csv().encode(), overwrite=outputs.force)
@@ -160,7 +160,7 @@ def _document(
         "warp": text(outputs.save),
         "plot": text(outputs.plot),
         "explain": text(outputs.explain),
-        "also": [str(place) for _, place in outputs.also],
+        "also": [str(one.output) for one in outputs.also],
     }
 
 

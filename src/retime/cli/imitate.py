@@ -129,7 +129,7 @@ def command(
     with stages.stage("read", "reading"):
         timing = read_warp(hand)
         motion = clip_options.read(clip)
-        others = [(clip_options.read(other, beside=True), place) for other, place in outputs.also]
+        others = outputs.read_others(motion, clip_options)
         there = motion
         if example_clip is not None:
             shared = replace(clip_options, frames=None, fps=example_fps)

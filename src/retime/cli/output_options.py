@@ -3,29 +3,59 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from retime.cli.clip_options import PATH, parsed
+from retime.cli.clip_options import PATH, ClipOptions, parsed
 from retime.cli.help_sections import Option
-from retime.cli.in_place import Writing
+from retime.cli.in_place import Writing, keeps_curves
 from retime.cli.output_checks import check_format, check_outputs, check_plot
 from retime.errors import OptionError
-from retime.motion.grammar import parse_number
+from retime.motion.grammar import WrittenTime, parse_number, read_time
+
+if TYPE_CHECKING:
+    from retime.motion.any_motion import AnyMotion
 
 
-def _also(text: str) -> tuple[Path, Path]:
-    """Split another clip from its output."""
+class Also(NamedTuple):
+    """Another clip that gets the same warp.
+
+    Attributes
+    ----------
+    clip, output : Path
+        Where it is, and where it goes.
+    offset : WrittenTime, optional
+        How long after the first clip it begins, or, of the other sign, before it.
+    sign : int
+        1 or -1.
+    """
+
+    clip: Path
+    output: Path
+    offset: WrittenTime | None = None
+    sign: int = 1
+
+
+# What follows the name of a clip: a sign, and a time that says its unit.
+_OFFSET = re.compile(r"(.+\.\w+)([+-])([\d.:;]+[sf]?)", re.IGNORECASE)
+
+
+def _also(text: str) -> Also:
+    """Split another clip, and its offset, from its output."""
     clip, sign, output = text.partition("=")
     if not (sign and clip and output):
         raise OptionError(
-            f"expected another clip and its output, such as camera.csv=camera_retimed.csv, found {text!r}"
+            "expected another clip and its output, such as camera.csv=camera_retimed.csv (camera.csv+0.5s=... where it "
+            f"begins later), found {text!r}"
         )
-    return Path(clip), Path(output)
+    if (match := _OFFSET.fullmatch(clip)) and not Path(clip).exists():
+        return Also(Path(match[1]), Path(output), read_time(match[3]), -1 if match[2] == "-" else 1)
+    return Also(Path(clip), Path(output))
 
 
 no_average_option = click.option(
@@ -116,7 +146,8 @@ _OPTIONS = (
         metavar="CLIP=OUT",
         callback=parsed(_also),
         multiple=True,
-        help="Give another clip the same warp (a prop, a camera, a second character); repeat for more.",
+        help="Give another clip the same warp (a prop, a camera, a second character); repeat for more. "
+        "CLIP+0.5s=OUT where it begins half a second after the first clip, CLIP-12f=OUT twelve frames before.",
     ),
     no_average_option,
     on_twos_option,
@@ -137,7 +168,7 @@ class OutputOptions:
     save: Path | None
     plot: Path | None
     explain: Path | None
-    also: tuple[tuple[Path, Path], ...]
+    also: tuple[Also, ...]
     average: bool
     on_twos: bool
     on: int | None
@@ -152,6 +183,30 @@ class OutputOptions:
         """For how many frames each pose of the output is held."""
         return held_frames(self.on_twos, self.on)
 
+    def read_others(
+        self, clip: AnyMotion, clip_options: ClipOptions, *, searched: bool = False
+    ) -> list[tuple[AnyMotion, Path]]:
+        """Read the clips that get the same warp, on the clock of the first one; beside each stands its output.
+
+        Of clips that are searched together the search itself says whose clock begins elsewhere.
+        """
+        from retime.motion.group_clock import hint_at_clocks, on_clock_of
+
+        found = []
+        for one in self.also:
+            if one.offset is not None and keeps_curves(one.clip, one.output):
+                raise OptionError(
+                    f"{one.clip} has an offset, and {one.output} would keep its curves, which begin where they do; "
+                    "write another format"
+                )
+            other = clip_options.read(one.clip, beside=True)
+            if one.offset is not None:
+                other = on_clock_of(other, clip, one.sign * float(one.offset.at(clip.rate)))
+            found.append((other, one.output))
+        if not searched:
+            hint_at_clocks([clip, *(other for other, _ in found)])
+        return found
+
     @property
     def writing(self) -> Writing:
         """How clips are written."""
@@ -160,19 +215,19 @@ class OutputOptions:
     @property
     def places(self) -> list[Path]:
         """The files to be written."""
-        places = [self.output, *(place for _, place in self.also), self.save, self.plot, self.explain]
+        places = [self.output, *(one.output for one in self.also), self.save, self.plot, self.explain]
         return [place for place in places if place is not None]
 
     def check(self, clip: Path, inputs: Iterable[Path | None]) -> None:
         """Refuse, before anything is read, what could not be written; `inputs` are read beside the clip."""
         if self.held > 1 and self.output is None and not self.also:
             raise OptionError("poses are held in the retimed clip: give -o OUT, or --also")
-        read = [clip, *(path for path in inputs if path is not None), *(other for other, _ in self.also)]
+        read = [clip, *(path for path in inputs if path is not None), *(one.clip for one in self.also)]
         outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
-        outputs |= {f"--also {other}": place for other, place in self.also}
+        outputs |= {f"--also {one.clip}": one.output for one in self.also}
         check_outputs(outputs, inputs=read, force=self.force)
-        for other, place in self.also:
-            check_format(place, like=other)
+        for one in self.also:
+            check_format(one.output, like=one.clip)
         if self.output is not None:
             check_format(self.output, like=clip)
         if self.plot is not None:

@@ -287,7 +287,7 @@ def command(**given: Any) -> None:
     stages = Stages(quiet=request.outputs.quiet)
     with stages.stage("read", "reading"):
         clip = request.clip_options.read(request.clip)
-        others = [(request.clip_options.read(other, beside=True), place) for other, place in request.outputs.also]
+        others = request.outputs.read_others(clip, request.clip_options, searched=request.group)
         references = _read_references(request, clip)
     hint_at_up(clip, request.clip_options.up)
     if request.many is not None:

@@ -14,6 +14,7 @@ from retime.formats.registry import read
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import parse_channels
 from retime.motion.grammar import parse_frame_range
+from retime.motion.group_clock import hint_at_clocks
 from retime.motion.kinematics import seems_z_up
 from retime.motion.motion import Motion
 from retime.project.document import ClipFile, CounterpartFile, Document, ReferenceFile
@@ -130,6 +131,7 @@ class Reader:
         )
         if self._sources is None or not _same(self._sources, found):
             self._sources = found
+            hint_at_clocks(clips, lengths=True)
         return self._sources
 
     def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:

@@ -26,6 +26,7 @@ from retime.motion.any_motion import AnyMotion
 from retime.motion.body import is_rigid
 from retime.motion.first_frames import hint_at_first_frames
 from retime.motion.grammar import parse_length, parse_speed, parse_speeds, parse_time, read_lock
+from retime.motion.group_clock import hint_at_clocks
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
 from retime.search import options
@@ -105,6 +106,7 @@ class Session:
         check_rates(self.clips, self.rate)
         for clip in self.clips:
             hint_at_first_frames(clip)
+        hint_at_clocks(self.clips)
         self.itself = reference is None or reference is motion
         self.n_neighbors: int = chosen["n_neighbors"]
         self.time_scale: float = chosen["time_scale"]
