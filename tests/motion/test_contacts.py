@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import warnings
 from dataclasses import replace
 from fractions import Fraction
 from importlib import resources
@@ -510,3 +511,21 @@ def test_in_running_a_foot_stands_between_flights(mocap: Path, name: str) -> Non
     assert len(jumps) > 1
     assert not any(found[first : last + 1].any() for first, last in jumps)
     assert all(found[last:first].any() for (_, last), (first, _) in itertools.pairwise(jumps))
+
+
+@pytest.mark.parametrize("offset", [5e-324, 1e-300, 1e-160, 1e-40])
+@pytest.mark.parametrize("unit", [None, 1e300])
+def test_a_figure_far_too_small_for_where_it_goes_overflows_nowhere(offset: float, unit: float | None) -> None:
+    skeleton = Skeleton(("Hips", "LeftFoot"), (-1, 0), np.array([[0.0, 0.0, 0.0], [0.0, -offset, 0.0]]))
+    places = np.broadcast_to(skeleton.offsets, (9, 2, 3)).copy()
+    places[:, 0] = np.linspace(-1e100, 1e100, 9)[:, None]
+    for names in (skeleton.names, ("a", "b")):
+        named = replace(skeleton, names=names)
+        motion = Motion(named, rotation.identity(9, 2), places, Fraction(30), metres_per_unit=unit)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            found = contacts(motion)
+            assert np.isfinite(slip(motion, found).total)
+            flights(motion)
+        # It falls or flies by 1e99 metres a frame, and stands nowhere.
+        assert not found.at_rest.any()

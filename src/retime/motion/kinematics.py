@@ -190,15 +190,19 @@ def _rises_along(motion: Moving, axis: int) -> bool:
 GRAVITY = 9.81
 """Metres per second squared."""
 
+# Metres.
+_LARGEST_UNIT = 1e30
+
 
 def metres_per_unit(motion: Moving) -> float:
     """Length of one unit in metres: the file's own statement, else a guess.
 
     The guess takes the rest skeleton, from the joint on that carries the body, for a person of 1.7 m. It serves for
-    thresholds, not for measurements.
+    thresholds, not for measurements. A unit of more than 1e30 m is taken for one of that: no figure has such, and the
+    places of a motion, which may be numbers up to 1e100, would overflow in metres.
     """
     if motion.metres_per_unit is not None:
-        return motion.metres_per_unit
+        return min(motion.metres_per_unit, _LARGEST_UNIT)
     motion = body_of(motion)
     rest = np.zeros((motion.skeleton.n_joints, 3))
     for joint, parent in enumerate(motion.skeleton.parents):
@@ -207,4 +211,4 @@ def metres_per_unit(motion: Moving) -> float:
     ends = [rest[site.parent] + np.array(site.offset) for site in motion.skeleton.end_sites]
     # A rest pose may lie along any axis; its longest extent is the height, or the span of the arms, about as long.
     extent = float(np.ptp(np.vstack([rest, *ends]), axis=0).max())
-    return 1.7 / extent if extent > 0 else 1.0
+    return 1.7 / max(extent, 1.7 / _LARGEST_UNIT) if extent > 0 else 1.0
