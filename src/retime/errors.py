@@ -31,8 +31,23 @@ __all__ = [
 ]
 
 
+# Letters of a message; a file from a stranger may have names of any length, which messages quote.
+_MOST_LETTERS, _LAST_LETTERS = 2000, 500
+
+
 class RetimeError(Exception):
-    """Base of every error that retime raises on purpose."""
+    """Base of every error that retime raises on purpose.
+
+    Parameters
+    ----------
+    message : str
+        For people. Of one that is very long the middle is left out.
+    """
+
+    def __init__(self, message: str) -> None:
+        if len(message) > _MOST_LETTERS:
+            message = f"{message[: _MOST_LETTERS - _LAST_LETTERS - 3]}...{message[-_LAST_LETTERS:]}"
+        super().__init__(message)
 
 
 class FormatError(RetimeError, ValueError):

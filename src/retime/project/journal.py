@@ -12,6 +12,7 @@ import errno
 import itertools
 import json
 import os
+import stat
 import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -175,7 +176,7 @@ class Journal:
         """Rename a file that is no use now, but that nobody said may go."""
         for number in itertools.count(1):
             place = self.path.with_name(f"{self.path.name}.old-{number}")
-            if not place.exists():
+            if not os.path.lexists(place):
                 break
         self.path.rename(place)
         return place
@@ -223,6 +224,9 @@ class Journal:
             try:
                 _write_all(file, data)
                 os.fsync(file.fileno())
+                if os.path.lexists(self.path) and not stat.S_ISREG(self.path.lstat().st_mode):
+                    # A link, a pipe, a device, a folder: no journal of ours, and nothing to rename over.
+                    self.set_aside()
                 beside.replace(self.path)
             except BaseException:
                 file.close()
