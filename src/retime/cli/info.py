@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from retime.motion.any_motion import AnyMotion
 
 # The extras of pyproject.toml, and the package that each brings.
-EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget", "pandas": "pandas"}
+EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget", "pandas": "pandas", "parquet": "pyarrow"}
 _PACKAGES = ("numpy", "click")
 _NAMES_SHOWN = 4
 

@@ -105,10 +105,10 @@ export function readingFields(
       );
       fps.show(rate ?? "");
       body.show(joint ?? "");
-      const isAmc = /\.amc$/iu.test(path ?? "");
+      const isAmc = /\.amc(\.gz|\.bz2)?$/iu.test(path ?? "");
       skeletonRow.hidden = !isAmc && asf === null;
       setText(skeleton, asf === null ? "Found beside it" : fileName(asf));
-      const isTable = /\.(csv|tsv|npy|npz)$/iu.test(path ?? "");
+      const isTable = /\.(csv|tsv|npy|npz|parquet|mot|sto|trc)(\.gz|\.bz2)?$/iu.test(path ?? "");
       channels.row.hidden = !isTable && kinds === null;
       channels.show(kinds ?? "");
       gaps.row.hidden = !isTable && holes === null;
