@@ -440,3 +440,16 @@ def test_padding_at_the_end_is_no_damage(tmp_path: Path, end: str) -> None:
     assert (signal.rate, signal.values[:, 0].tolist()) == (10, [1, 2, 4])
     with pytest.raises(FormatError):
         table(tmp_path, f"t,x\n0.0,1\n0.1,2{end}\n0.2,4\n")
+
+
+def test_repair_parts_numbers_that_run_together(tmp_path: Path) -> None:
+    text = "t,x,y,z\n0.0,1,0.0-7.5\n0.1,2,3,4\n0.2,1e-2-3-4\n"
+    with pytest.raises(FormatError, match="the row has 3 fields, the first row has 4"):
+        table(tmp_path, text)
+    with pytest.warns(FormatWarning, match="parted in 2 rows; the first is line 2"):
+        signal = table(tmp_path, text, repair=True)
+    assert signal.values.tolist() == [[1, 0, -7.5], [2, 3, 4], [0.01, -3, -4]]
+    # Too many, or with words and dates, where a minus is none.
+    for odd in ("t,x,y\n0.0,1,2\n0.1,3,4\n0.2,1-2-3\n", "t,x,y,w\n0.0,1,2,go\n0.1,3,4,go\n0.2,1-2,go\n"):
+        with pytest.warns(FormatWarning, match="2 whole rows were kept; then .*:4: the row has"):
+            assert table(tmp_path, odd, repair=True).n_frames == 2

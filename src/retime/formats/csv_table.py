@@ -31,7 +31,7 @@ from retime.files import write_bytes
 from retime.formats.channel_meaning import GAPS_HINT, make_signal
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_rows import parse_rows
-from retime.formats.number_text import NumberTextError, parse_number
+from retime.formats.number_text import NumberTextError, parse_number, part_glued
 from retime.formats.read_options import ReadOptions
 from retime.formats.tables import Head, Layout, find_layout
 from retime.formats.tables.layout import Row
@@ -145,6 +145,8 @@ class _Table:
         self.clocks = self.find_clocks()
         self.time_texts: dict[int, list[str]] = {column: [] for column, form in self.clocks.items() if form}
         self.values = np.empty((0, len(self.names)))
+        # Lines of rows whose numbers ran together and were parted.
+        self.glued: list[int] = []
         # Columns of text, found where a row is first met that is not all numbers; and the texts of each.
         self.texts: dict[int, list[str]] | None = None
 
@@ -315,6 +317,9 @@ class _Table:
         claimed = self.layout.n_frames
         if claimed is not None and claimed != n_rows and not notes:
             notes.append(f"{claimed} rows claimed, {n_rows} there; kept all {n_rows}")
+        if self.glued:
+            where = f"{len(self.glued)} row{'s' * (len(self.glued) != 1)}"
+            notes.append(f"numbers that ran together were parted in {where}; the first is line {self.glued[0]}")
         return notes
 
     def careful_rows(self, piece: bytes, first_line: int) -> tuple[FloatArray, FormatError | None]:
@@ -328,6 +333,8 @@ class _Table:
             for line, _, fields in self.rows(piece, first_line):
                 while self.layout.extra and len(fields) > n_columns and not fields[-1]:
                     fields.pop()
+                if len(fields) < n_columns and self.options.repair:
+                    fields = self.parted(line, fields)
                 if len(fields) != n_columns:
                     raise self.error(
                         line,
@@ -338,6 +345,20 @@ class _Table:
         except FormatError as error:
             failure = error
         return np.array(values).reshape(-1, n_columns), failure
+
+    def parted(self, line: int, fields: list[str]) -> list[str]:
+        """Part numbers that run together, where the row then has as many as it must have; in tables of numbers."""
+        # Dates and words may hold a minus.
+        if self.texts or self.time_texts:
+            return fields
+        comma = self.options.decimal_comma
+        parted = [
+            one for field in fields for one in part_glued(field.encode(), decimal_comma=comma).decode().split(" ")
+        ]
+        if len(parted) != len(self.names):
+            return fields
+        self.glued.append(line)
+        return parted
 
     def number(self, line: int, column: int, field: str) -> float:
         if column in self.time_texts:
