@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from retime import Reference, RetimeWarning, Warp, guided_warp, imitate, read, write
+from retime import Reference, RetimeWarning, Signal, Warp, guided_warp, imitate, read, write
 from retime.motion.contacts import contacts
 from tests.server.serving import KEY, Served, serving
 
@@ -143,6 +143,22 @@ def test_what_a_synchronised_frame_was_matched_with_lies_in_its_reference(folder
     np.testing.assert_allclose(times, np.fmod(why["output_times"][1:-1], end), atol=1e-6)
     assert why["sources"] == [0]
     assert why["mirrored"] == [why["references"][0].endswith(", mirrored")]
+
+
+def test_what_a_lock_could_not_quite_keep_is_told_with_the_curve(folder) -> None:
+    times = np.arange(121) / 30
+    wave = Signal(("x", "y"), np.stack([np.sin(times**1.4), 2 * np.cos(1.7 * times)], axis=1), 30)
+    write(wave, folder / "wave.csv")
+    # 2.97 s of it are locked between two keytimes that are a hundredth farther apart.
+    keys = [{"id": "a", "input_time": 0.5, "output_time": 0.5}, {"id": "b", "input_time": 3.47, "output_time": 3.48}]
+    lock = {"id": "l", "start": 0.0, "end": 4.0, "slowest": 1.0, "fastest": 1.0}
+    with serving(folder, "wave.csv") as served, served.ready_page() as page:
+        page.edit(keys=keys, locks=[lock])
+        curve = page.curve()
+        page.edit(locks=[])
+        without = page.curve()
+    assert all("the lock 0" in words for words in curve["given_up"])
+    assert (len(curve["given_up"]) > 0, without["given_up"]) == (True, [])
 
 
 def test_how_much_an_example_speaks_for_is_told_with_the_curve(folder) -> None:

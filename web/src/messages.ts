@@ -373,6 +373,7 @@ export interface Curve {
   readonly spline_output_times: Float64Array;
   readonly spline_input_times: Float64Array;
   readonly costs: Float64Array;
+  readonly given_up: readonly string[];
   readonly spoken_share: number | null;
   readonly unspoken: Float64Array;
   readonly example_warnings: readonly string[];

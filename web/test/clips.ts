@@ -54,6 +54,7 @@ export const CURVE: Curve = {
   spline_output_times: Float64Array.of(0, 2),
   spline_input_times: Float64Array.of(0, 4),
   costs: new Float64Array(),
+  given_up: [],
   spoken_share: null,
   unspoken: new Float64Array(),
   example_warnings: [],

@@ -141,6 +141,7 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
         spline_output_times=spline.output_times,
         spline_input_times=spline.input_times,
         costs=np.zeros(0) if search is None else np.concatenate([[np.nan], search.path.scores, [np.nan]]),
+        given_up=() if search is None else search.given_up,
         spoken_share=None if reading is None else reading.share,
         unspoken=np.array(() if reading is None else reading.unspoken, dtype=np.float64).reshape(-1, 2),
         example_warnings=() if reading is None else reading.warnings,

@@ -483,6 +483,8 @@ class Curve:
         Knots of the spline through the keytimes.
     costs : float64 array
         What the search paid for each output frame at the analysis rate; nan at the ends. Empty where there was none.
+    given_up : list of str
+        What of locks, tangents and limits could be kept only to within a rounding, in sentences.
     spoken_share : float, optional
         Where an example is carried over: how much of the clip it speaks for, from 0 to 1.
     unspoken : float64 array, shape (n, 2)
@@ -515,6 +517,7 @@ class Curve:
     spline_output_times: Float64s
     spline_input_times: Float64s
     costs: Float64s
+    given_up: tuple[str, ...]
     spoken_share: float | None
     unspoken: Float64s
     example_warnings: tuple[str, ...]

@@ -20,6 +20,8 @@ export class WhyPanel {
   private readonly spoken = make("dd");
   private readonly feetRow: HTMLElement[];
   private readonly spokenRow: HTMLElement[];
+  private readonly givenUp = make("dd");
+  private readonly givenUpRow: HTMLElement[];
   private readonly solved = make("dd");
   private ranked: Float64Array = new Float64Array(0);
 
@@ -28,6 +30,7 @@ export class WhyPanel {
     const row = (name: string, value: HTMLElement): HTMLElement[] => [make("dt", {}, name), value];
     this.feetRow = row("Feet", this.feet);
     this.spokenRow = row("Example", this.spoken);
+    this.givenUpRow = row("Not quite kept", this.givenUp);
     this.root = make(
       "section",
       { class: "why", "aria-label": "Why" },
@@ -41,6 +44,7 @@ export class WhyPanel {
         ...row("Bound by", this.bound),
         ...this.feetRow,
         ...this.spokenRow,
+        ...this.givenUpRow,
         ...row("Search", this.solved),
       ),
     );
@@ -56,6 +60,8 @@ export class WhyPanel {
     setText(this.title, `Why, at output ${time.toFixed(2)} s (frame ${Math.round(time * rate)})`);
     this.tellGround(inputAt(knots, time));
     setText(this.shows, `input ${inputAt(knots, time).toFixed(2)} s at ${speedAt(knots, time).toFixed(2)}×`);
+    for (const part of this.givenUpRow) part.hidden = curve.given_up.length === 0;
+    setText(this.givenUp, curve.given_up.join("; "));
     setText(
       this.solved,
       curve.total === null
