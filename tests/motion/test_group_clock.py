@@ -12,6 +12,7 @@ import pytest
 
 import retime
 from retime.errors import RetimeWarning
+from retime.motion.clock import Clock
 from retime.motion.group_clock import hint_at_clocks, on_clock_of
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
@@ -67,6 +68,12 @@ class TestHints:
         assert len(told) == 1
         assert told[0].startswith("late begins at 10 s by its own times, figure at 0 s")
         assert "--also CLIP+10s=OUT" in told[0]
+
+    def test_times_since_1970_say_nothing_beside_those_of_a_clip(self) -> None:
+        since_1970 = [replace(camera(90), clock=Clock("ms", 1_700_000_000 + Fraction(late))) for late in (0, 2)]
+        assert self.told(*since_1970) == []
+        with pytest.warns(RetimeWarning, match=r"CLIP\+2s=OUT"):
+            hint_at_clocks(since_1970)
 
     @pytest.mark.parametrize(
         ("n_frames", "what"), [(80, "its last frame is held"), (100, "the rest of it is not shown")]

@@ -62,8 +62,6 @@ _HEAD_ROWS = 40
 _HEAD_BYTES = 1 << 22
 _SEPARATOR = re.compile(rb"\s*\"?sep=([^\n])\"?[ \t]*\n", re.IGNORECASE)
 _RATE_HINT = "; a rate that is given (--fps) takes the rows as even"
-# Later than this many seconds is no clip: times count from some day.
-_LONGEST_CLIP = 10**7
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
@@ -563,7 +561,7 @@ class _Table:
 def _first_frame(clock: TimeColumn, rate: Fraction, numbered: int) -> int:
     """Give the first frame the number that its time is, where that is whole and a clip's; else that of its file."""
     start = clock.clock.start
-    if start is None or clock.clock.form in ("timecode", "date") or abs(start) > _LONGEST_CLIP:
+    if start is None or clock.clock.origin != "clip":
         return numbered
     # As far as the last decimal tells.
     off = min(0.2, max(0.01, clock.unit / clock.ticks * float(rate)))

@@ -11,6 +11,8 @@ from retime.errors import OptionError
 ClockForm = Literal["s", "ms", "us", "ns", "frames", "timecode", "date"]
 TICKS = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
 """How many there are in a second, of each form that is a number of them."""
+LONGEST_CLIP = 10**7
+"""Seconds: later than this is no clip, so that times count from some day."""
 _SAID = {
     "s": "seconds",
     "ms": "milliseconds",
@@ -61,6 +63,17 @@ class Clock:
         if self.form in ("timecode", "date"):
             return f"{_SAID[self.form]}{counted}, such as {self.sample}"
         return _SAID[self.form] + ("" if self.start is None else f", from {float(self.start):.10g} s")
+
+    @property
+    def origin(self) -> Literal["clip", "midnight", "date", "1970"]:
+        """What its times count from: clocks can be compared where that is the same.
+
+        Dates have time zones, which numbers since 1970 have not, so these two are not the same.
+        """
+        since_long_ago = self.start is not None and abs(self.start) > LONGEST_CLIP
+        if self.form in ("timecode", "date"):
+            return "date" if since_long_ago else "midnight"
+        return "1970" if since_long_ago else "clip"
 
     def later(self, seconds: Fraction) -> Clock:
         """Let the first frame be some seconds later, as where frames before it are cut off."""

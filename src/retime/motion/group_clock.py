@@ -110,7 +110,7 @@ def _start(clip: AnyMotion) -> float:
 
 def _clock(clip: AnyMotion) -> str:
     """Say which clock a clip's times are of: times of day, and others, can't be compared."""
-    return clip.clock.form if isinstance(clip, Signal) and clip.clock.form in ("timecode", "date") else ""
+    return clip.clock.origin if isinstance(clip, Signal) else "clip"
 
 
 def _name(clip: AnyMotion) -> str:
