@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -240,6 +241,29 @@ def test_unknown_words_are_passed_over_with_a_warning(tmp_path: Path) -> None:
     bones = bone("a", "0 1 0", dof="rx").replace("dof", "stiffness 3\ndof")
     with pytest.warns(FormatWarning, match=r"one\.asf: the bone's word 'stiffness' in line 14"):
         pose(tmp_path, asf_text(bones, "root a"), "root 0 0 0 0 0 0\na 90")
+
+
+@pytest.mark.parametrize(
+    ("amc", "asf", "warned"),
+    [
+        ("02_04", "07", True),
+        ("02_04", "02", False),
+        ("2_04", "002", False),
+        ("walk", "07", False),
+        ("02_04", "skeleton", False),
+        ("02_04", "02_04", False),
+    ],
+)
+def test_another_subjects_skeleton_is_told_by_its_name(tmp_path: Path, amc: str, asf: str, warned: bool) -> None:
+    # The only one there, whatever it is called: nothing else in the two files could tell.
+    (tmp_path / f"{asf}.asf").write_bytes((AMC / "arm.asf").read_bytes())
+    (tmp_path / f"{amc}.amc").write_bytes((AMC / "plain.amc").read_bytes())
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        read(tmp_path / f"{amc}.amc", rate=120)
+    told = [str(one.message) for one in caught if "of subject" in str(one.message)]
+    assert len(told) == warned
+    assert all("07.asf is of subject 07, and the motion of subject 02" in one for one in told)
 
 
 # The rate

@@ -18,7 +18,15 @@ from retime.errors import FormatError, FormatWarning, InvalidMotionError
 from retime.formats.amc_declaration import ASSUMED_RATE, AsfDeclaration
 from retime.formats.amc_frames import FrameReader
 from retime.formats.amc_writer import write
-from retime.formats.asf import Asf, axis_of, compose_turns, find_asf, refuse_other_kinds, split_channels
+from retime.formats.asf import (
+    Asf,
+    axis_of,
+    compose_turns,
+    find_asf,
+    refuse_other_kinds,
+    split_channels,
+    subject_problem,
+)
 from retime.formats.asf_reader import parse_asf
 from retime.formats.compressed import plain_path, read_plain
 from retime.formats.read_options import ReadOptions
@@ -66,7 +74,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     Warns
     -----
     FormatWarning
-        The rate was assumed, joints were left out of frames, or a damaged end was cut (``options.repair``).
+        The rate was assumed, the ASF is another subject's by its name, joints were left out of frames, or a damaged end
+        was cut (``options.repair``).
     """
     data = without_end_padding(without_byte_order_mark(path, data))
     refuse_other_kinds(path, data, "an AMC motion")
@@ -79,6 +88,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     asf = parse_asf(asf_path, asf_data, options.limits)
     for note in asf.notes:
         warnings.warn(f"{asf_path}: {note}", FormatWarning, stacklevel=3)
+    if problem := subject_problem(path, asf_path):
+        warnings.warn(f"{path}: {problem}", FormatWarning, stacklevel=3)
     reader = FrameReader(path, data, options, asf, asf_path)
     reader.run()
     for note in reader.notes:

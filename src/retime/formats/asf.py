@@ -118,6 +118,21 @@ def refuse_other_kinds(path: Path, data: bytes, expected: str) -> None:
         raise FormatError(f"binary data, not text; expected {expected}", path=path, byte=zero)
 
 
+def subject_problem(amc: Path, asf: Path) -> str:
+    """Say where names give an AMC (02_04.amc) and its ASF (07.asf) different subjects; "" where they don't.
+
+    An AMC has angles alone: that bones are of another length shows in none of its numbers, so names are all there is.
+    """
+    theirs, own = plain_path(asf).stem, plain_path(amc).stem.partition("_")[0]
+    if not all(name.isascii() and name.isdigit() for name in (theirs, own)) or int(theirs) == int(own):
+        return ""
+    return (
+        f"by the names the skeleton {asf.name} is of subject {theirs}, and the motion of subject {own}: bone lengths, "
+        "and so heights and standing feet, may be another person's (an AMC says nothing of them); --skeleton names "
+        "another"
+    )
+
+
 def find_asf(amc: Path) -> tuple[Path | None, str]:
     """Find the ASF beside an AMC: the same stem, the same subject (02 of 02_04), or the only one in the folder.
 
