@@ -8,9 +8,12 @@ import re
 import shutil
 import signal
 import subprocess
+import threading
 from pathlib import Path
 
 from retime.project import journal as journals
+from retime.project.journal import read_journal
+from retime.project.workspace import Workspace
 from tests.cli.conftest import COMMAND
 from tests.server.serving import KEY, Page, Served, serving
 
@@ -141,3 +144,30 @@ def test_an_edit_without_its_journal_is_not_called_safe(folder) -> None:
     with serving(folder, "jump.bvh") as served, served.page() as page:
         state = page.until("state")
     assert (state["document"]["keys"], state["document"]["options"]) == ([KEY], {"length": "60%"})
+
+
+def test_edits_that_come_while_it_is_saved_elsewhere_are_in_the_new_journal(folder, monkeypatch) -> None:
+    may_save = threading.Event()
+    save = Workspace.save
+
+    def slow(*args, **kwargs) -> None:
+        assert may_save.wait(30)
+        save(*args, **kwargs)
+
+    monkeypatch.setattr(Workspace, "save", slow)
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.say("save", path="p.retime", overwrite=False)
+        # They are taken, and wait for the save to be over.
+        page.edit(keys=[KEY], label="add key")
+        page.edit(options={"length": "80%"}, label="set length")
+        page.change("undo")
+        page.curve()
+        may_save.set()
+        page.until("saved")
+        state = page.told()
+        assert (state["path"], state["saved"]) == (str(folder / "p.retime"), False)
+        assert not [message for message in page.mail if message["type"] == "notice"]
+        left = read_journal(folder / ".p.retime-journal").history
+        assert [key.id for key in left.present.keys] == ["k"]
+        assert left.redo_label == "set length"
+    assert list((folder.parent / "state" / "journals").iterdir()) == []

@@ -12,7 +12,6 @@ import asyncio
 import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from retime.project.document import MAX_NAME, Document, KeptWarp
 from retime.project.export import check_no_input
 from retime.project.file import SUFFIX, files_of, warp_id
 from retime.project.history import History
-from retime.project.journal import Edit
+from retime.project.journal import Edit, Journal
 from retime.project.workspace import Workspace, new_document, open_document, open_project
 from retime.server import files, messages
 from retime.server.audience import Audience
@@ -155,10 +154,10 @@ class SharedDocument:
                 self._edit(message)
             case messages.Undo():
                 self._check_next(message.revision)
-                self._change(self._history.undo(), self._workspace.journal.undo)
+                self._change(self._history.undo(), Journal.undo)
             case messages.Redo():
                 self._check_next(message.revision)
-                self._change(self._history.redo(), self._workspace.journal.redo)
+                self._change(self._history.redo(), Journal.redo)
             case messages.Keep():
                 self._check_next(message.revision)
                 self._keep(message.name)
@@ -190,7 +189,11 @@ class SharedDocument:
         edit = Edit(message.document, message.label, message.gesture, message.done)
         history = self._history.edit(edit.document, label=edit.label, gesture=edit.gesture, done=edit.done)
         self._writer.drop_last_of(edit.gesture)
-        self._change(history, partial(self._workspace.journal.edit, edit), gesture="" if edit.done else edit.gesture)
+
+        def write(journal: Journal, history: History, warps: Mapping[str, Warp]) -> None:
+            journal.edit(edit, history, warps)
+
+        self._change(history, write, gesture="" if edit.done else edit.gesture)
 
     def _keep(self, name: str) -> None:
         if not name or len(name) > MAX_NAME:
@@ -203,20 +206,19 @@ class SharedDocument:
         kept = KeptWarp(warp_id(warp), name)
         if any(kept.id == other.id for other in document.kept):
             raise OptionError("this warp is kept already")
-        journal = self._workspace.journal
         edit = Edit(replace(document, kept=(*document.kept, kept)), f"keep {name}", "", True)
         history = self._history.edit(edit.document, label=edit.label)
         self._workspace.warps = {**self._workspace.warps, kept.id: warp}
         self._audience.tell(kept_message(kept.id, warp))
 
-        def write(history: History, warps: Mapping[str, Warp]) -> None:
+        def write(journal: Journal, history: History, warps: Mapping[str, Warp]) -> None:
             journal.keep(kept.id, warp, history, warps)
             journal.edit(edit, history, warps)
 
         self._change(history, write)
 
     def _change(
-        self, history: History, write: Callable[[History, Mapping[str, Warp]], None], *, gesture: str = ""
+        self, history: History, write: Callable[[Journal, History, Mapping[str, Warp]], None], *, gesture: str = ""
     ) -> None:
         """Take a new history, have it solved, and tell the pages once it is on the disk."""
         workspace, warps = self._workspace, self._workspace.warps
@@ -226,14 +228,21 @@ class SharedDocument:
         state = self._state()
 
         def done() -> None:
-            self._safe = state
-            self._audience.tell(messages.Ack(state.revision) if gesture else state)
+            # It may have been saved, under another name, since the edit was made.
+            self._safe = replace(
+                state,
+                path=None if workspace.path is None else str(workspace.path),
+                saved=history.present == workspace.saved,
+                recovered=workspace.recovered,
+            )
+            self._audience.tell(messages.Ack(state.revision) if gesture else self._safe)
 
         def failed(error: Exception) -> None:
             words = f"the autosave can't be written, so this edit is not safe: {words_for_page(error)}"
             self._audience.tell(messages.Notice("error", words))
 
-        self._writer.put(Change(lambda: write(history, warps), done, failed, gesture))
+        # Which journal is told when it is written: a save under another name, which waits still, changes that.
+        self._writer.put(Change(lambda: write(workspace.journal, history, warps), done, failed, gesture))
 
     # Files.
 
