@@ -12,9 +12,14 @@ Needs the extra ``parquet`` (pyarrow).
 
 from __future__ import annotations
 
+import json
+import os
 import re
+import subprocess
+import sys
 import warnings
 from collections.abc import Sequence
+from dataclasses import asdict
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -43,6 +48,9 @@ _EPISODE = "episode_index"
 _RATE, _FIRST_FRAME, _START, _KIND = b"retime.rate", b"retime.first_frame", b"retime.start", b"retime.kind"
 _TICKS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 _FRACTION = re.compile(rb"-?[0-9]{1,40}(?:/[1-9][0-9]{0,39})?")
+_CHILD = "import sys; from retime.formats.parquet import _child; _child(sys.argv[1])"
+# How long reading may take, and what the process that tries it says of the memory.
+_LEAST_SECONDS, _BYTES_A_SECOND, _NO_MEMORY = 60, 1e6, 3
 _FPS_HINT = "; give the rate (--fps, rate=)"
 # A small file may be all alike, and so compress well past the ratio.
 _SMALL_BYTES = 1 << 20
@@ -91,15 +99,60 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
         kind = "a part of one: the file ends too soon" if data.startswith(_MAGIC) else foreign_kind(data)
         empty = "an empty file" if not data else "something else"
         raise FormatError(f"expected a Parquet table, found {kind or empty}", path=path)
+    _pyarrow()
+    _try_in_child(path, data, options.limits)
+    return _decode(path, data, options.limits).signal(options)
+
+
+def _decode(path: Path, data: bytes, limits: Limits) -> _Columns:
+    """Read the columns of a table within the limits; raise FormatError."""
     arrow = _pyarrow()
     try:
         file = arrow.parquet.ParquetFile(BytesIO(data))
-        _check_limits(path, file.metadata, options.limits, len(data))
-        columns = _Columns(path, arrow, file)
+        _check_limits(path, file.metadata, limits, len(data))
+        return _Columns(path, arrow, file)
     except (arrow.ArrowException, OSError, UnicodeDecodeError) as error:
         problem = str(error).strip().partition("\n")[0][:200]
         raise FormatError(f"a Parquet table that can't be read: {problem}", path=path) from None
-    return columns.signal(options)
+
+
+def _try_in_child(path: Path, data: bytes, limits: Limits) -> None:
+    """Raise FormatError where reading ends the process that does it, or fills the memory, or takes for ever.
+
+    Damaged files make pyarrow end its process, so another one reads first. What that one says doesn't matter: the same
+    bytes give the same again.
+    """
+    command = [sys.executable, "-c", _CHILD, json.dumps(asdict(limits))]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    seconds = _LEAST_SECONDS + len(data) / _BYTES_A_SECOND
+    try:
+        ended = subprocess.run(
+            command, input=data, env=environment, capture_output=True, check=False, timeout=seconds
+        ).returncode
+    except subprocess.TimeoutExpired:
+        raise FormatError(f"a Parquet table that is not read after {seconds:.0f} s", path=path) from None
+    if ended == _NO_MEMORY:
+        raise FormatError("a Parquet table that needs too much memory", path=path)
+    if ended:
+        raise FormatError(f"a damaged Parquet table: reading it ends the program that does ({ended})", path=path)
+
+
+def _child(limits_text: str) -> None:
+    """Read a table from the standard input, in a process that may die of it."""
+    limits = Limits(**json.loads(limits_text))
+    if sys.platform != "win32":
+        import resource
+
+        most = 3 * limits.inflated_bytes + (2 << 30)
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    warnings.simplefilter("ignore")
+    try:
+        _decode(Path("-"), sys.stdin.buffer.read(), limits)
+    except FormatError:
+        # It is found again, with the path, where it is reported.
+        sys.exit(0)
+    except MemoryError:
+        sys.exit(_NO_MEMORY)
 
 
 def _check_limits(path: Path, metadata: Any, limits: Limits, n_bytes: int) -> None:
@@ -149,7 +202,7 @@ class _Columns:
         # Seconds that one in the last place stands for, of moments.
         self.units: dict[int, float] = {}
         if usable:
-            table = file.read(columns=[field.name for field in usable])
+            table = file.read(columns=[field.name for field in usable], use_threads=False)
             for field in usable:
                 self.add(field, table.column(field.name).combine_chunks())
         if not self.names or not len(self.numbers[0]):
