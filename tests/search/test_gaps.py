@@ -20,10 +20,16 @@ def clip(values: np.ndarray, **changes) -> Signal:
 
 
 @pytest.mark.parametrize(
-    ("length", "search", "own_timing"),
-    [("70%", "priced", 0.0), ("free", "priced", 0.0), ("80%", "heuristic", 0.0), ("70%", "priced", 0.5)],
+    ("length", "search", "prices"),
+    [
+        ("70%", "priced", {}),
+        ("free", "priced", {}),
+        ("80%", "heuristic", {}),
+        ("70%", "priced", {"own_timing": 0.5}),
+        ("70%", "priced", {"content": 4.0}),
+    ],
 )
-def test_nothing_of_a_frame_with_a_hole_weighs(length: str, search: str, own_timing: float) -> None:
+def test_nothing_of_a_frame_with_a_hole_weighs(length: str, search: str, prices: dict[str, float]) -> None:
     holes = MOVING.copy()
     holes[60:90, 0] = np.nan
     others = holes.copy()
@@ -35,7 +41,7 @@ def test_nothing_of_a_frame_with_a_hole_weighs(length: str, search: str, own_tim
         "search": search,
         "max_skip": 4,
         "upsample": 1,
-        "own_timing": own_timing,
+        **prices,
     }
     unscaled = PoseOptions(scale_signals=False)
     found, again = (guided_warp(clip(values), features=unscaled, **options) for values in (holes, others))

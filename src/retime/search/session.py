@@ -326,6 +326,7 @@ class Session:
                     time_scale=self.time_scale,
                     itself=self.itself,
                 )
+                left_out = self._nothing_left_out_of_gaps(plan, steps, left_out)
                 costs += left_out[:, steps.after]
                 first = first + left_out[0]
             if tempo is not None:
@@ -500,6 +501,16 @@ class Session:
         sums = np.where(known, scores, 0.0).sum(axis=0)
         usual = np.divide(sums, known.sum(axis=0), out=np.zeros_like(sums), where=known.any(axis=0))
         return np.where(lost[:, None] & np.isfinite(scores), usual, scores)
+
+    def _nothing_left_out_of_gaps(self, plan: SearchPlan, steps: StepPairs, prices: FloatArray) -> FloatArray:
+        """Let frames of gaps weigh nothing in the price on what is left out: such steps cost what they do elsewhere."""
+        if not self._tracks.has_gaps:
+            return prices
+        before = np.concatenate([[0], np.cumsum(self._tracks.missing_at(plan.reduction.input_times))])
+        ends = np.minimum(np.arange(len(prices))[:, None] + steps.steps + 1, len(prices))
+        lost = before[ends] > before[: len(prices), None]
+        sums, known = np.where(lost, 0.0, prices).sum(axis=0), (~lost).sum(axis=0)
+        return np.where(lost, np.divide(sums, known, out=np.zeros_like(sums), where=known > 0), prices)
 
     def _seam_costs(self, task: PathTask, poses: FloatArray) -> FloatArray:
         """Score the triple across a loop's seam, where the last frame is the first again; shape (n_steps,)."""
