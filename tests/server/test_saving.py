@@ -171,3 +171,29 @@ def test_edits_that_come_while_it_is_saved_elsewhere_are_in_the_new_journal(fold
         assert [key.id for key in left.present.keys] == ["k"]
         assert left.redo_label == "set length"
     assert list((folder.parent / "state" / "journals").iterdir()) == []
+
+
+def test_after_an_edit_that_is_not_safe_every_page_can_make_the_next(served, monkeypatch) -> None:
+    whole = journals._write_all
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with served.ready_page() as page:
+        monkeypatch.setattr(journals, "_write_all", full)
+        page.edit(keys=[KEY])
+        assert "not safe" in page.until("notice")["text"]
+        # One that is refused is told how the document stands, and one that comes later too, with what is wrong.
+        page.say("undo", revision=-1)
+        assert page.told()["document"]["keys"] == [KEY]
+        with served.page() as late:
+            assert "not safe" in late.until("notice")["text"]
+            (state,) = [message for message in late.mail if message["type"] == "state"]
+            assert (state["revision"], state["document"]["keys"]) == (page.revision, [KEY])
+            monkeypatch.setattr(journals, "_write_all", whole)
+            late.document, late.revision = state["document"], state["revision"]
+            late.edit(options={"length": "80%"})
+            assert late.told()["document"]["options"] == {"length": "80%"}
+        with served.page() as later:
+            later.until("curve")
+            assert "notice" not in later.heard

@@ -66,8 +66,9 @@ class SharedDocument:
         self._first = 1
         self._opened = 0
         self._opening = False
-        # What is on the disk.
+        # What is on the disk; and after a change that could not be written, what should be, and why it is not.
         self._safe = self._state()
+        self._unsafe: messages.Notice | None = None
         self._writer = DiskWriter(fault=self._writer_failed)
         self._solver = SolverThread(self._find, found=self._found)
         self._ask()
@@ -109,6 +110,8 @@ class SharedDocument:
         self._audience.join(page, [*self._kept(), self._safe])
         for note in self._notes():
             page.put(note)
+        if self._unsafe is not None:
+            page.put(self._unsafe)
 
     def leave(self, page: Outbox) -> None:
         """Forget a page."""
@@ -227,19 +230,24 @@ class SharedDocument:
         self._ask()
         state = self._state()
 
-        def done() -> None:
+        def state_now() -> messages.State:
             # It may have been saved, under another name, since the edit was made.
-            self._safe = replace(
+            return replace(
                 state,
                 path=None if workspace.path is None else str(workspace.path),
                 saved=history.present == workspace.saved,
                 recovered=workspace.recovered,
             )
+
+        def done() -> None:
+            self._safe, self._unsafe = state_now(), None
             self._audience.tell(messages.Ack(state.revision) if gesture else self._safe)
 
         def failed(error: Exception) -> None:
             words = f"the autosave can't be written, so this edit is not safe: {words_for_page(error)}"
-            self._audience.tell(messages.Notice("error", words))
+            # Who is told the state from now on must know the revision, or no edit of theirs would be taken.
+            self._safe, self._unsafe = state_now(), messages.Notice("error", words)
+            self._audience.tell(self._unsafe)
 
         # Which journal is told when it is written: a save under another name, which waits still, changes that.
         self._writer.put(Change(lambda: write(workspace.journal, history, warps), done, failed, gesture))
@@ -258,6 +266,7 @@ class SharedDocument:
             self._places.add_folder(place.parent)
             # Edits that came meanwhile still wait to be written; the pages are told of them then.
             self._safe = replace(self._state(), revision=revision, document=history.present, saved=True)
+            self._unsafe = None
             self._audience.tell(messages.Saved(str(place)), self._safe)
 
         def failed(error: Exception) -> None:
@@ -290,7 +299,7 @@ class SharedDocument:
             self._solver.forget()
             self._audience.forget()
             self._ask()
-            self._safe = self._state()
+            self._safe, self._unsafe = self._state(), None
             self._audience.tell(
                 *self._kept(),
                 self._safe,
