@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.arrays import FloatArray, IntArray
-from retime.brief import kind_of
+from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.kernels import StepPairs, n_threads
@@ -176,7 +176,8 @@ class Session:
         scores = self._scores(plan)
         seconds = dict(self._analysis_seconds)
         seconds["scores"] = clock.lap()
-        path, excess, prices, end_costs = self._search(plan, scores, poses, chosen)
+        found = self._search(plan, scores, poses, chosen)
+        path = found.path
         reduction = plan.finished(path.frames)
         seconds["path"] = clock.lap()
         curve = self._curve(plan, reduction, path, chosen)
@@ -187,9 +188,9 @@ class Session:
             given_up=curve.given_up,
             path=path,
             plan=plan,
-            tempo=None if prices is None else self.tempo,
-            tempo_prices=prices,
-            end_costs=end_costs,
+            tempo=None if found.tempo_prices is None else self.tempo,
+            tempo_prices=found.tempo_prices,
+            end_costs=found.end_costs,
             reduction=reduction,
             model=self._model,
             references=self.references,
@@ -201,7 +202,7 @@ class Session:
             score=self.score,
             clips=self.clips,
             loop=request.loop,
-            excess=excess,
+            excess=found.excess,
             seconds=seconds,
         )
 
@@ -298,13 +299,8 @@ class Session:
             for given, default in zip((evenness, keep_flights), usual, strict=True)
         )
 
-    def _search(
-        self, plan: SearchPlan, scores: FloatArray, poses: FloatArray, chosen: dict[str, Any]
-    ) -> tuple[FramePath, float | None, FloatArray | None, tuple[float, float]]:
-        """Put prices on scores, and find the path.
-
-        Also returns the heuristic's excess, the prices on tempo, and what the first and the last step cost.
-        """
+    def _search(self, plan: SearchPlan, scores: FloatArray, poses: FloatArray, chosen: dict[str, Any]) -> FoundPath:
+        """Put prices on scores, and find the path."""
         neutral = self._is_neutral(plan, chosen["free_weight"])
 
         def task_of(steps: StepPairs, costs: FloatArray) -> tuple[PathTask, FloatArray | None]:
@@ -336,12 +332,10 @@ class Session:
                 forbid(costs, plan.allowed, steps)
             return PathTask(plan, costs, steps, first, last, chosen["search"]), tempo
 
-        def found(
-            task: PathTask, tempo: FloatArray | None
-        ) -> tuple[FramePath, float | None, FloatArray | None, tuple[float, float]]:
+        def found(task: PathTask, tempo: FloatArray | None) -> FoundPath:
             path, excess = self._find(task, poses, neutral)
             first, last = np.searchsorted(task.steps.steps, np.diff(path.frames)[[0, -1]])
-            return path, excess, tempo, (float(task.first[first]), float(task.last[last]))
+            return FoundPath(path, excess, tempo, (float(task.first[first]), float(task.last[last])))
 
         limited = plan.steps
         steps, costs = self._loosened(plan, scores, poses)
@@ -626,6 +620,30 @@ def _lock(lock: Lock | str, item: int, rate: Fraction) -> Lock:
         return Lock(*read_lock(lock).at(rate))
     except OptionError as error:
         raise OptionError(str(error), option="locks", item=item) from None
+
+
+@dataclass(frozen=True, eq=False)
+class FoundPath:
+    """What a search found.
+
+    Attributes
+    ----------
+    path : FramePath
+        The path.
+    excess : float, optional
+        By how much the heuristic's path exceeds the optimum; None of an exact search.
+    tempo_prices : float array, shape (n_input, n_steps), optional
+        Prices on tempo; None: there were none.
+    end_costs : (float, float)
+        What the first and the last step cost.
+    """
+
+    path: FramePath
+    excess: float | None
+    tempo_prices: FloatArray | None
+    end_costs: tuple[float, float]
+
+    __repr__ = brief_repr
 
 
 @dataclass(frozen=True)
