@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import sys
 import textwrap
 from decimal import Decimal
 from fractions import Fraction
@@ -357,4 +358,5 @@ def test_what_is_declared_to_type_checkers_is_what_there_is(kind) -> None:
     there = list(inspect.signature(kind).parameters.values())
     assert [arg.arg for arg in declared.args.args] == ["self", *(parameter.name for parameter in there)]
     defaults = [parameter.default for parameter in there if parameter.default is not parameter.empty]
-    assert [ast.literal_eval(default) for default in declared.args.defaults] == defaults
+    known = vars(sys.modules[kind.__module__])
+    assert [eval(ast.unparse(default), known) for default in declared.args.defaults] == defaults

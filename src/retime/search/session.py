@@ -419,7 +419,7 @@ class Session:
     def _curve(self, plan: SearchPlan, reduction: Reduction, path: FramePath, chosen: dict[str, Any]) -> FinishedCurve:
         """Put the path on its keytimes, smooth it, mix it with the spline, and look whether it keeps its promises."""
         request = plan.request
-        share = as_shares(chosen["influence"])
+        share = as_shares(chosen["influence"], "influence")
         mixed = bool(share.ndim or share != 1.0)
         # A window of one frame averages nothing.
         window = 0.0 if chosen["smoothing"] in (0, 1) else chosen["smoothing"] / self.rate

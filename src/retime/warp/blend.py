@@ -63,21 +63,23 @@ def blend(a: Warp, b: Warp, weight: ArrayLike) -> Warp:
     return Warp(times, mixed, a.keytimes, method="blend", name=a.name)
 
 
-def as_shares(weight: ArrayLike) -> FloatArray:
+def as_shares(weight: ArrayLike, what: str = "the weights of a blend") -> FloatArray:
     """Take a share from 0 to 1, or a curve of them: rows of (output time, share) with times that increase.
+
+    `what` is what messages call it.
 
     Raises
     ------
     OptionError
         Neither of them.
     """
-    curve = as_real(weight, "the weights of a blend", error=OptionError)
+    curve = as_real(weight, what, error=OptionError)
     if curve.ndim != 0 and curve.size == 0:
         raise OptionError("a blend's curve needs one or more rows of (output time, weight)", option="influence")
     if not np.all((curve if curve.ndim == 0 else curve[..., -1]) >= 0) or not np.all(
         (curve if curve.ndim == 0 else curve[..., -1]) <= 1
     ):
-        raise OptionError(f"the weights of a blend must be from 0 to 1, found {weight!r}", option="influence")
+        raise OptionError(f"{what} must be from 0 to 1, found {weight!r}", option="influence")
     if curve.ndim != 0 and (
         curve.ndim != 2 or curve.shape[1:] != (2,) or not np.all(np.diff(curve[:, 0], prepend=-np.inf) > 0)
     ):
