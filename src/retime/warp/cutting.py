@@ -13,6 +13,7 @@ from enum import IntEnum
 import numpy as np
 
 from retime.arrays import FloatArray, IntArray
+from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.warp.curve import Warp, WarpLike, as_warp
 
@@ -58,6 +59,8 @@ class CurveSegments:
     kinds: IntArray
     end_time: float
     end_value: FloatArray
+
+    __repr__ = brief_repr
 
     @classmethod
     def through(cls, times: FloatArray, values: FloatArray, kind: SegmentKind) -> CurveSegments:

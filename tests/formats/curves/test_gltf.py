@@ -83,8 +83,9 @@ def test_every_channel_has_at_t_what_it_had_at_the_warps_time(tmp_path, seed, fo
     span = 1.2 * (warp.input_times.max() - warp.input_times.min() + 1e-9)
     warp = Warp(warp.output_times - warp.output_start, 3 * (warp.input_times - warp.input_times.min()) / span - 0.1)
     out = retimed(path, warp, tmp_path / f"b{path.suffix}")
-    # Steep curves feel the rounding of a key's time to single precision, here at most 2.4e-7 s.
-    assert worst_error(Literal(path), Literal(out), 0, warp, start, seed) < 2e-5
+    # A fast curve feels the rounding of a key's time to single precision, here at most 2.4e-7 s.
+    fastest = float(np.abs(warp.slopes).max())
+    assert worst_error(Literal(path), Literal(out), 0, warp, start, seed) < 4e-6 * max(5.0, fastest)
 
 
 def test_what_served_the_animation_alone_is_replaced_and_all_else_stays(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import FloatArray
+from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.formats.curves.gltf_file import GltfFile
 from retime.warp.cutting import CurveSegments, SegmentKind
@@ -46,6 +47,8 @@ class Sampler:
     curve: CurveSegments
     in_first: FloatArray
     out_last: FloatArray
+
+    __repr__ = brief_repr
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import BoolArray
+from retime.brief import brief_repr
 from retime.files import read_bytes
 from retime.formats.curves.gltf_animation import Animation, Sampler
 from retime.formats.curves.gltf_file import FLOAT, TYPES, WIDTHS, GltfFile, build_glb
@@ -46,6 +47,8 @@ class NewKeys:
     times: NDArray[np.float32]
     values: NDArray[np.float32]
     interpolation: str
+
+    __repr__ = brief_repr
 
 
 def with_keys(file: GltfFile, keys: list[NewKeys], animations: list[Animation]) -> dict[str, bytes]:

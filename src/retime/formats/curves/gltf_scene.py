@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.brief import brief_repr
 from retime.formats.curves.gltf_animation import Animation
 from retime.formats.curves.gltf_file import GltfFile
 from retime.formats.read_options import Limits
@@ -41,6 +42,8 @@ class Node:
     translation: FloatArray
     rotation: FloatArray
     scale: FloatArray
+
+    __repr__ = brief_repr
 
 
 def read_nodes(file: GltfFile, limits: Limits) -> list[Node]:
@@ -124,6 +127,8 @@ class Sampled:
     clip: Motion | Signal
     nodes: tuple[int, ...]
     scales: FloatArray
+
+    __repr__ = brief_repr
 
 
 def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None, limits: Limits) -> Sampled:

@@ -32,7 +32,7 @@ def spliced(text: str, members: Mapping[str, Any]) -> str:
     Examples
     --------
     >>> spliced('{ "a": [1.0,  2],\n"b" : {"c": 1e0} }', {"a": [1.0, 3], "d": True})
-    '{ "a": [1.0,  3],\\n"b" : {"c": 1e0} ,"d":true}'
+    '{ "a": [1.0,  3],\n"b" : {"c": 1e0} ,"d":true}'
     """
     spans, close = _members(text)
     parts, place = [], 0
