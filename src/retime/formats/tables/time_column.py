@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.brief import brief_repr
 from retime.formats.tables.time_text import parse_texts
 from retime.motion.clock import TICKS, Clock, ClockForm
 from retime.motion.rate import rate_from_step, usual_rate
@@ -69,6 +70,8 @@ class TimeColumn:
     show: Callable[[int], str]
     exact: Fraction | None = None
     guessed: bool = False
+
+    __repr__ = brief_repr
 
     @property
     def rises(self) -> bool:
