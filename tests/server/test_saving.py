@@ -14,6 +14,7 @@ from pathlib import Path
 from retime.project import journal as journals
 from retime.project.journal import read_journal
 from retime.project.workspace import Workspace
+from retime.server import shared_document
 from tests.cli.conftest import COMMAND
 from tests.server.serving import KEY, Page, Served, serving
 
@@ -197,3 +198,23 @@ def test_after_an_edit_that_is_not_safe_every_page_can_make_the_next(served, mon
         with served.page() as later:
             later.until("curve")
             assert "notice" not in later.heard
+
+
+def test_a_second_document_is_not_opened_before_the_first_is(folder, monkeypatch) -> None:
+    may_open = threading.Event()
+    whole = shared_document.open_document
+
+    def slow(*args, **kwargs) -> Workspace:
+        assert may_open.wait(30)
+        return whole(*args, **kwargs)
+
+    monkeypatch.setattr(shared_document, "open_document", slow)
+    with serving(folder, "jump.bvh") as served, served.ready_page() as page:
+        page.say("open", path="leap.bvh")
+        page.say("open", path="camera.csv")
+        assert page.until("notice")["text"] == "another document is being opened"
+        may_open.set()
+        state = page.told(opened=1)
+        assert state["document"]["clips"][0]["path"].endswith("leap.bvh")
+        page.edit(options={"length": "80%"})
+        assert page.told()["opened"] == 1

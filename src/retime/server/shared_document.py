@@ -277,6 +277,9 @@ class SharedDocument:
         )
 
     def _open(self, page: Outbox, text: str) -> None:
+        if self._opening:
+            # Once the first is open, edits of it are taken; they would wait behind the second.
+            raise OptionError("another document is being opened")
         place = self._places.find(text, reading=True)
         found: list[Workspace] = []
         self._opening = True
