@@ -13,6 +13,7 @@ from retime.motion.kinematics import (
     global_poses,
     heading_positions,
     heading_rotations,
+    limb_places,
     metres_per_unit,
     torso_positions,
 )
@@ -51,6 +52,20 @@ class TestGlobalPoses:
         assert poses.positions.shape == (motion.n_frames, skeleton.n_joints, 3)
         assert poses.rotations.shape == (motion.n_frames, skeleton.n_joints, 4)
         assert poses.end_positions.shape == (motion.n_frames, len(skeleton.end_sites), 3)
+
+    @given(motions(), st.data())
+    def test_points_alone_are_where_the_whole_body_has_them(self, motion: Motion, data: st.DataObject) -> None:
+        # A copy, whose poses nobody knows yet.
+        again = motion.with_rate(motion.rate)
+        sites = [(site.parent, i) for i, site in enumerate(motion.skeleton.end_sites)]
+        joints = [(joint, None) for joint in range(motion.skeleton.n_joints)]
+        points = data.draw(st.lists(st.sampled_from([*joints, *sites]), max_size=4))
+        places = limb_places(again, points)
+        poses = global_poses(motion)
+        for i, (joint, site) in enumerate(points):
+            expected = poses.positions[:, joint] if site is None else poses.end_positions[:, site]
+            np.testing.assert_array_equal(places[:, i], expected)
+        np.testing.assert_array_equal(limb_places(motion, points), places)
 
     def test_a_chain_as_deep_as_any_file_may_be(self) -> None:
         # 1 degree a joint: the chain closes to a regular polygon after 360 joints.

@@ -99,18 +99,23 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
 def _motion(hierarchy: Hierarchy, frames: Frames, name: str) -> Motion:
     skeleton = Skeleton(hierarchy.names, hierarchy.parents, np.array(hierarchy.offsets), hierarchy.end_sites)
     layout = _Layout(hierarchy.channels)
-    shape = (len(frames.values), skeleton.n_joints)
-    translations = np.empty((*shape, 3))
-    translations[:] = skeleton.offsets
-    translations.reshape(len(translations), -1)[:, layout.position_places] = frames.values[:, layout.position_columns]
-    angles = np.zeros((*shape, 3))
-    rotations = np.empty((*shape, 4))
-    for start in range(0, len(frames.values), _ROWS):
-        rows = slice(start, start + _ROWS)
-        for turns in layout.turns:
-            radians = rotation.radians(turns.take(frames.values[rows]))
-            angles[rows, turns.joints, : len(turns.order)] = radians
-            rotations[rows, turns.joints] = rotation.from_euler(turns.order, radians)
+    shape = (frames.n_frames, skeleton.n_joints)
+    translations, angles, rotations = np.empty((*shape, 3)), np.zeros((*shape, 3)), np.empty((*shape, 4))
+    coordinates = translations.reshape(len(translations), -1)
+    start = 0
+    while frames.blocks:
+        # Each block is let go when it is done, so that a long take does not lie in memory twice.
+        block = frames.blocks.popleft()
+        for first in range(0, len(block), _ROWS):
+            values = block[first : first + _ROWS]
+            rows = slice(start, start + len(values))
+            translations[rows] = skeleton.offsets
+            coordinates[rows, layout.position_places] = values[:, layout.position_columns]
+            for turns in layout.turns:
+                radians = rotation.radians(turns.take(values))
+                angles[rows, turns.joints, : len(turns.order)] = radians
+                rotations[rows, turns.joints] = rotation.from_euler(turns.order, radians)
+            start = rows.stop
     return Motion(
         skeleton,
         rotations,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections import deque
 from dataclasses import dataclass
 from fractions import Fraction
 from os import fspath
@@ -46,13 +47,16 @@ class Frames:
         Frames a second.
     frame_time : str
         The frame time as written; "" where there is no valid one.
-    values : float array, shape (n_frames, n_channels)
-        The numbers in file order: degrees and length units.
+    n_frames : int
+        How many there are.
+    blocks : deque of float array, each of shape (n, n_channels)
+        Their numbers in file order, some frames a block: degrees and length units. Who reads it may take them out.
     """
 
     rate: Fraction
     frame_time: str
-    values: FloatArray
+    n_frames: int
+    blocks: deque[FloatArray]
 
     __repr__ = brief_repr
 
@@ -74,7 +78,8 @@ def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions) -> Fr
     claimed = _frame_count(lines)
     table = _Table(lines, hierarchy, options, claimed)
     rate, frame_time = _frame_time(lines, options)
-    return Frames(rate, frame_time, table.parse())
+    table.parse()
+    return Frames(rate, frame_time, sum(map(len, table.blocks)), table.blocks)
 
 
 def _frame_count(lines: Lines) -> int:
@@ -150,7 +155,7 @@ class _Table:
         self.claim_line = lines.number
         self.n_channels = sum(map(len, hierarchy.channels))
         self.n_frames = 0
-        self.blocks: list[FloatArray] = []
+        self.blocks: deque[FloatArray] = deque()
         self.line = 0
         # The values of a frame that is not whole yet, and the line where it begins.
         self.begun: list[float] = []
@@ -160,7 +165,7 @@ class _Table:
         self.first_glued: _Damage | None = None
         self.n_glued = 0
 
-    def parse(self) -> FloatArray:
+    def parse(self) -> None:
         if self.n_channels == 0:
             self._fail("no joint has a channel, so nothing moves")
         if not self.options.repair:
@@ -180,7 +185,6 @@ class _Table:
                 f"{self.n_frames} frames of {n_joints} joints, the limit is {self.limits.joint_poses} poses of a "
                 "joint (Limits.joint_poses)"
             )
-        return np.concatenate(self.blocks)
 
     def _fail(self, problem: str) -> NoReturn:
         self.lines.fail(f"Frames: {problem}", line=self.claim_line)

@@ -21,7 +21,7 @@ from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions
 from retime.motion.body import body_joints
 from retime.motion.joint_names import body_parts, near_names
-from retime.motion.kinematics import GlobalPoses, global_poses, metres_per_unit
+from retime.motion.kinematics import GlobalPoses, global_poses, limb_places, metres_per_unit
 from retime.motion.moving import Moving
 from retime.motion.picture import contacts_html
 from retime.motion.rate import parse_rate
@@ -439,7 +439,8 @@ def slip(motion: Moving, contacts: Contacts) -> Slip:
 
 def slip_of(motion: Moving, feet: Sequence[Foot], spans: Sequence[Contact]) -> Slip:
     """Measure as `slip` does, in given contacts."""
-    ground = _points(global_poses(motion), feet)[:, :, [0, 2]] * metres_per_unit(motion)
+    points = [(foot.joint, foot.end_site) for foot in feet]
+    ground = limb_places(motion, points)[:, :, [0, 2]] * metres_per_unit(motion)
     slips = np.zeros(len(spans))
     for i, span in enumerate(spans):
         places = ground[span.first_frame : span.last_frame + 1, span.foot]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -71,10 +72,32 @@ _KNOWN: WeakKeyDictionary[Moving, GlobalPoses] = WeakKeyDictionary()
 _MOST_KEPT = 8_000_000
 
 
+# Frames posed at once: their numbers stay in the processor's cache, and a long take needs no second copy of itself.
+_FRAMES = 2048
+
+
 def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str) -> GlobalPoses:
-    # One contiguous row a component: 31 joints of whole-column arithmetic instead of strided fours.
-    local_q = np.ascontiguousarray(rotations.transpose(1, 2, 0))
-    local_p = np.ascontiguousarray(translations.transpose(1, 2, 0))
+    n_frames, n_joints = rotations.shape[:2]
+    poses = GlobalPoses(
+        np.empty((n_frames, n_joints, 3)),
+        np.empty((n_frames, n_joints, 4)),
+        np.empty((n_frames, len(skeleton.end_sites), 3)),
+    )
+    for start in range(0, n_frames, _FRAMES):
+        frames = slice(start, start + _FRAMES)
+        p, q, ends = _rows(skeleton, rotations[frames].transpose(1, 2, 0), translations[frames].transpose(1, 2, 0), up)
+        poses.positions[frames] = p.transpose(2, 0, 1)
+        poses.rotations[frames] = q.transpose(2, 0, 1)
+        poses.end_positions[frames] = ends.transpose(2, 0, 1)
+    return poses
+
+
+def _rows(
+    skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pose frames that come, and go, with one row a component: (n_joints, 4 or 3, n_frames)."""
+    # Rows without gaps: whole-column arithmetic instead of strided fours.
+    local_q, local_p = np.ascontiguousarray(rotations), np.ascontiguousarray(translations)
     q = np.empty_like(local_q)
     p = np.empty_like(local_p)
     q[0], p[0] = local_q[0], local_p[0]
@@ -86,14 +109,65 @@ def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: Float
         parent = skeleton.parents[joint]
         _multiply_rows(q[parent], local_q[joint], q[joint])
         _transform_rows(q[parent], p[parent], local_p[joint], p[joint])
-    ends = np.empty((len(skeleton.end_sites), 3, len(rotations)))
+    ends = np.empty((len(skeleton.end_sites), 3, rotations.shape[2]))
     for i, site in enumerate(skeleton.end_sites):
         offset = np.array(site.offset)[:, None]
         _transform_rows(q[site.parent], p[site.parent], offset, ends[i])
-    return GlobalPoses(
-        np.ascontiguousarray(p.transpose(2, 0, 1)),
-        np.ascontiguousarray(q.transpose(2, 0, 1)),
-        np.ascontiguousarray(ends.transpose(2, 0, 1)),
+    return p, q, ends
+
+
+def limb_places(motion: Moving, points: Sequence[tuple[int, int | None]]) -> FloatArray:
+    """Pose no more than what some points hang on: the feet, of a whole body.
+
+    Parameters
+    ----------
+    motion : Motion
+        What moves.
+    points : sequence of (joint, end site or None)
+        The points: a joint's origin, or one of the motion's end sites.
+
+    Returns
+    -------
+    float array, shape (n_frames, n_points, 3)
+        Their places in global space, bit for bit those of `global_poses`.
+    """
+    known = _KNOWN.get(motion)
+    places = np.empty((motion.n_frames, len(points), 3))
+    if known is not None:
+        for i, (joint, site) in enumerate(points):
+            places[:, i] = known.positions[:, joint] if site is None else known.end_positions[:, site]
+        return places
+    whole = motion.skeleton
+    joints = chain_of(whole, [joint if site is None else whole.end_sites[site].parent for joint, site in points])
+    skeleton = part_of(whole, joints)
+    sites = [i for i, site in enumerate(whole.end_sites) if site.parent in joints]
+    for start in range(0, motion.n_frames, _FRAMES):
+        frames = slice(start, start + _FRAMES)
+        rotations, translations = motion.rotations[frames, joints], motion.local_translations[frames, joints]
+        p, _, ends = _rows(skeleton, rotations.transpose(1, 2, 0), translations.transpose(1, 2, 0), motion.up)
+        for i, (joint, site) in enumerate(points):
+            places[frames, i] = (p[joints.index(joint)] if site is None else ends[sites.index(site)]).T
+    return places
+
+
+def chain_of(skeleton: Skeleton, joints: Iterable[int]) -> list[int]:
+    """List these joints and all above them, increasing; the root is always among them."""
+    chain = {0}
+    for joint in joints:
+        while joint not in chain:
+            chain.add(joint)
+            joint = skeleton.parents[joint]
+    return sorted(chain)
+
+
+def part_of(skeleton: Skeleton, joints: Sequence[int]) -> Skeleton:
+    """Cut out some joints, increasing and each with its parent; their end sites go with them."""
+    place = {joint: i for i, joint in enumerate(joints)}
+    return Skeleton(
+        tuple(skeleton.names[joint] for joint in joints),
+        tuple(place.get(skeleton.parents[joint], -1) for joint in joints),
+        skeleton.offsets[list(joints)],
+        tuple(replace(site, parent=place[site.parent]) for site in skeleton.end_sites if site.parent in place),
     )
 
 

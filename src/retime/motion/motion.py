@@ -25,6 +25,9 @@ Up = Literal["y", "z"]
 UPS = get_args(Up)
 """Axes that may be vertical in a motion's own coordinates."""
 
+# Frames sampled at once.
+_SAMPLED = 512
+
 
 @dataclass(frozen=True)
 class Declaration:
@@ -387,18 +390,21 @@ class Motion:
             `n` frames, at this motion's rate whatever the spacing of the times: the caller says what they mean.
         """
         before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
-        whole, between = np.flatnonzero(fraction == 0), np.flatnonzero(fraction)
-        earlier, later, share = before[between], after[between], fraction[between]
         rotations = np.empty((len(fraction), *self.rotations.shape[1:]))
-        rotations[whole] = self.rotations[before[whole]]
-        rotations[between] = rotation.slerp(self.rotations[earlier], self.rotations[later], share[:, None])
-        start, step = self.local_translations[earlier], self.local_translations[later]
-        step -= start
-        step *= share[:, None, None]
-        step += start
-        translations = np.empty((len(fraction), *start.shape[1:]))
-        translations[whole] = self.local_translations[before[whole]]
-        translations[between] = step
+        translations = np.empty((len(fraction), *self.local_translations.shape[1:]))
+        # In pieces that stay in the cache, and need no memory beside a long take.
+        for piece in range(0, len(fraction), _SAMPLED):
+            here = slice(piece, piece + _SAMPLED)
+            whole, between = np.flatnonzero(fraction[here] == 0) + piece, np.flatnonzero(fraction[here]) + piece
+            earlier, later, share = before[between], after[between], fraction[between]
+            rotations[whole] = self.rotations[before[whole]]
+            rotations[between] = rotation.slerp(self.rotations[earlier], self.rotations[later], share[:, None])
+            start, step = self.local_translations[earlier], self.local_translations[later]
+            step -= start
+            step *= share[:, None, None]
+            step += start
+            translations[whole] = self.local_translations[before[whole]]
+            translations[between] = step
         angles = self.declared_angles
         if angles is not None:
             angles = angles[np.where(fraction < 0.5, before, after)]

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 from retime.brief import kind_of
 from retime.errors import OptionError
-from retime.motion.contacts import Contact, Contacts, Slip, slip, slip_of
+from retime.motion.contacts import Contact, Contacts, Foot, Slip, slip, slip_of
 from retime.motion.contacts import contacts as find_contacts
+from retime.motion.kinematics import chain_of, metres_per_unit, part_of
 from retime.motion.motion import Motion
 from retime.warp.apply import check_seam, compare_ranges, resampled
 from retime.warp.curve import Warp, WarpLike, as_warp, output_frame_times
@@ -123,5 +125,29 @@ def slip_of_output(motion: Motion, warp: Warp, output: Motion, contacts: Contact
         Of the input, of the output as it is, and of one with everything averaged as in the paper.
     """
     shown = _contacts_shown(motion, warp, contacts)
-    plain = resampled(motion, warp, True, None, False, False)
-    return slip(motion, contacts), slip_of(output, contacts.feet, shown), slip_of(plain, contacts.feet, shown)
+    legs, feet = _legs(motion, contacts.feet)
+    plain = slip_of(resampled(legs, warp, True, None, False, False), feet, shown)
+    return (
+        slip(motion, contacts),
+        slip_of(output, contacts.feet, shown),
+        replace(plain, size_guessed=motion.metres_per_unit is None),
+    )
+
+
+def _legs(motion: Motion, feet: Sequence[Foot]) -> tuple[Motion, tuple[Foot, ...]]:
+    """Cut out what the feet hang on, and find the feet there: where all is averaged, no joint needs the others."""
+    skeleton = motion.skeleton
+    joints = chain_of(skeleton, [foot.joint for foot in feet])
+    sites = [i for i, site in enumerate(skeleton.end_sites) if site.parent in joints]
+    legs = Motion(
+        part_of(skeleton, joints),
+        motion.rotations[:, joints],
+        motion.local_translations[:, joints],
+        motion.rate,
+        # A guess takes all of the skeleton.
+        metres_per_unit=metres_per_unit(motion),
+        up=motion.up,
+    )
+    return legs, tuple(
+        Foot(joints.index(foot.joint), None if foot.end_site is None else sites.index(foot.end_site)) for foot in feet
+    )

@@ -27,6 +27,9 @@ from retime.motion.signal import Signal
 
 # Seconds. Longer than any clip; with a longer one, its square would leave nothing of the pose but rounding.
 _LONGEST_TIME_SCALE = 1000.0
+# Frames, and numbers of a pose, that are worked on at once.
+_FRAMES = 2048
+_COLUMNS = 8
 PoseSpace = Literal["torso", "heading", "signal"]
 POSE_SPACES = get_args(PoseSpace)
 
@@ -166,13 +169,20 @@ def joint_vectors(
     -------
     float array, shape (n_frames, 3 * len(joints))
     """
-    if space == "torso":
-        positions = torso_positions(poses)[:, [joint - 1 for joint in joints]]
-    else:
-        positions = heading_positions(poses)[:, joints]
+    weights = None
     if any(names[joint] in options.weights for joint in joints):
-        positions = positions * np.array([options.weights.get(names[joint], 1.0) for joint in joints])[:, None]
-    return np.ascontiguousarray(positions.reshape(len(positions), -1))
+        weights = np.array([options.weights.get(names[joint], 1.0) for joint in joints])[:, None]
+    places = [joint - 1 for joint in joints] if space == "torso" else list(joints)
+    vectors = np.empty((len(poses.positions), 3 * len(joints)))
+    # In pieces that stay in the cache: what comes between needs no memory beside a long take.
+    for start in range(0, len(vectors), _FRAMES):
+        frames = slice(start, start + _FRAMES)
+        here = GlobalPoses(poses.positions[frames], poses.rotations[frames], poses.end_positions[frames])
+        positions = (torso_positions(here) if space == "torso" else heading_positions(here))[:, places]
+        if weights is not None:
+            positions *= weights
+        vectors[frames] = positions.reshape(len(positions), -1)
+    return vectors
 
 
 def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
@@ -203,11 +213,14 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
     half = np.fft.irfft(np.exp(variance * (waves - 1)))[: reach + 1]
     taps = np.concatenate([half[:0:-1], half])
     taps /= taps.sum()
-    wide = np.pad(vectors.T, ((0, 0), (reach, reach)), mode="reflect", reflect_type="odd")
-    out = np.empty((vectors.shape[1], len(vectors)))
-    for column, filtered in zip(wide, out, strict=True):
-        filtered[:] = np.convolve(column, taps, mode="valid")
-    return np.ascontiguousarray(out.T)
+    out = np.empty_like(vectors)
+    # A few columns at once: neighbours share the lines of memory that they are read from, and long takes have no room
+    # for copies of all.
+    for first in range(0, vectors.shape[1], _COLUMNS):
+        some = slice(first, first + _COLUMNS)
+        wide = np.pad(vectors[:, some].T, ((0, 0), (reach, reach)), mode="reflect", reflect_type="odd")
+        out[:, some] = np.array([np.convolve(column, taps, mode="valid") for column in wide]).T
+    return out
 
 
 def sample(vectors: FloatArray, rate: Fraction, input_times: ArrayLike) -> FloatArray:
