@@ -200,7 +200,7 @@ def test_after_an_edit_that_is_not_safe_every_page_can_make_the_next(served, mon
             assert "notice" not in later.heard
 
 
-def test_a_second_document_is_not_opened_before_the_first_is(folder, monkeypatch) -> None:
+def test_nothing_else_is_opened_or_saved_before_a_document_is_open(folder, monkeypatch) -> None:
     may_open = threading.Event()
     whole = shared_document.open_document
 
@@ -212,6 +212,8 @@ def test_a_second_document_is_not_opened_before_the_first_is(folder, monkeypatch
     with serving(folder, "jump.bvh") as served, served.ready_page() as page:
         page.say("open", path="leap.bvh")
         page.say("open", path="camera.csv")
+        assert page.until("notice")["text"] == "another document is being opened"
+        page.say("save", path="p.retime", overwrite=False)
         assert page.until("notice")["text"] == "another document is being opened"
         may_open.set()
         state = page.told(opened=1)

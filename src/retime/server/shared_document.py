@@ -255,6 +255,9 @@ class SharedDocument:
     # Files.
 
     def _save(self, page: Outbox, message: messages.Save) -> None:
+        if self._opening:
+            # It would wait behind that, and this document's journal is closed by then.
+            raise OptionError("another document is being opened")
         workspace, history, warps = self._workspace, self._history, self._workspace.warps
         path = workspace.path if message.path is None else self._places.find(message.path)
         if path is None:
