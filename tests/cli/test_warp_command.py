@@ -157,6 +157,7 @@ def test_several_keys_are_all_met_by_every_method(run, clips, tmp_path) -> None:
         (["--features", "torso"], {}),
         (["--reference", "{clip}", "--reference-frames", "0:99"], {"n_reference": 50, "upsample": 8}),
         (["--reference", "{clip}", "--reference-fps", "120"], {"n_reference": 61, "upsample": 8}),
+        (["--reference", "{clip}", "--reference-fps", "120", "--match-tempo"], {"n_reference": 61, "upsample": 8}),
     ],
 )
 def test_an_option_of_the_search_changes_the_search(run, clips, options, changed) -> None:

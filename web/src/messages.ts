@@ -117,6 +117,8 @@ export interface Options {
   readonly loop?: boolean;
   /** The paper read literally, with nothing of what was added since. */
   readonly paper?: boolean;
+  /** Imitate where the reference hurries and lingers, not how quick it is as a whole. */
+  readonly match_tempo?: boolean;
   /** What makes a frame's speed look right. */
   readonly score?: "joint" | "conditional";
   /** The best way there is, or a good one sooner, as the paper finds it. */

@@ -40,7 +40,8 @@ _USUAL = {
     "upsample": "16 to 24 by what the hand played, 8 to 12 for takes beyond two minutes",
     "max_skip": "twice unit speed, or more where the hand is faster",
     **dict.fromkeys(
-        ("free_weight", "score", "evenness", "keep_flights", "content", "ends", "own_timing"), "with --paper only"
+        ("free_weight", "score", "evenness", "keep_flights", "content", "ends", "own_timing", "match_tempo"),
+        "with --paper only",
     ),
 }
 

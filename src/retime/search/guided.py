@@ -45,6 +45,7 @@ def guided_warp(
     time_scale: float = 0.2,
     low_pass: float = 4.0,
     features: PoseSpace | PoseOptions | Sequence[PoseOptions] | None = None,
+    match_tempo: bool = False,
     score: ScoreName = "joint",
     smoothing: int = 5,
     search: SearchName = "priced",
@@ -125,6 +126,9 @@ def guided_warp(
         Cutoff in Hz of the filter that the analysis (never the output) looks through; 0 is off.
     features : {"torso", "heading", "signal"}, PoseOptions, or sequence of PoseOptions, optional
         Pose space, chosen joints and their weights; see `PoseOptions`. For a group one for all, or one a clip.
+    match_tempo : bool
+        Imitate the reference as if it moved as fast as the input does in the same poses: where it hurries and lingers
+        is taken, not how quick it is as a whole. A slow-motion reference is no longer one then.
     score : {"joint", "conditional"}
         The paper's Eq. 2, or how the reference moves where its pose is like this.
     smoothing : int

@@ -381,6 +381,18 @@ OPTIONS: tuple[Option, ...] = (
         panel="more",
     ),
     Option(
+        name="match_tempo",
+        kind="flag",
+        default=False,
+        stage="analysis",
+        section="Method",
+        help="Take the reference's timing without its tempo: it is imitated as if it moved as fast as the clip.",
+        label="Match the reference's tempo",
+        hint="Imitate where the reference hurries and lingers, not how quick it is as a whole",
+        panel="more",
+        methods=_SCORED,
+    ),
+    Option(
         name="score",
         kind="choice",
         default="joint",

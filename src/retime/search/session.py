@@ -43,9 +43,11 @@ from retime.search.path import FramePath
 from retime.search.path_curve import knots_of_path, smooth_steps
 from retime.search.plan import SHORTER, Request, SearchPlan, make_plan
 from retime.search.poses.references import Reference, model_poses
+from retime.search.poses.spaces import timing_features
 from retime.search.promised_curve import promised_curve
 from retime.search.promises import broken_promises
 from retime.search.reduction import Reduction
+from retime.search.reference_tempo import at_tempo, tempo_ratio
 from retime.search.result import GuidedWarp
 from retime.search.score import Model, ScoreName, build_model, triple_scores, without_copies
 from retime.search.score_table import ScoreTable, score_table
@@ -116,6 +118,9 @@ class Session:
             features = "torso"
         self.low_pass: float = chosen["low_pass"]
         self.score: ScoreName = chosen["score"]
+        self._match_tempo: bool = chosen["match_tempo"]
+        # How many times as fast the input moves as its reference, where that was asked for.
+        self.tempo_ratio = 1.0
         poses = model_poses(
             self.clips, () if self.itself else as_references(reference, len(self.clips), rate), features
         ).in_own_order()
@@ -541,7 +546,15 @@ class Session:
                 weights=[track.weight for track in self._reference_tracks],
                 own_name=self._own_name,
             )
-            self._models[rate] = without_copies(self._without_lost(every, rate), self.n_neighbors)
+            every = self._without_lost(every, rate)
+            if self._match_tempo and not self.itself:
+                own = self._tracks.at_rate(rate, self.low_pass) - every.origin
+                time_scale = self.time_scale if rate == self.rate else self.time_scale * self.rate / rate
+                if len(own) > 2:
+                    features = timing_features(own, rate=rate, time_scale=time_scale)
+                    self.tempo_ratio = tempo_ratio(features, every)
+                    every = at_tempo(every, self.tempo_ratio)
+            self._models[rate] = without_copies(every, self.n_neighbors)
         return self._models[rate]
 
     def _without_lost(self, model: Model, rate: float) -> Model:
