@@ -209,6 +209,19 @@ def test_weights_alone_are_a_signal(tmp_path: Path) -> None:
     np.testing.assert_allclose(clip.values, [[0, 1], [0.25, 0.625], [0.5, 0.25], [0.5, 0.5], [0.5, 0.75]])
 
 
+def test_weights_in_rows_of_another_width_are_laid_out_one_by_one(tmp_path: Path) -> None:
+    scene = Scene()
+    scene.node(name="face")
+    # Two keys of six weights each, in three rows of four.
+    rows = scene.accessor(np.arange(12.0).reshape(3, 4) / 12)
+    scene.animation("talk", [(0, "weights", scene.accessor([0.0, 1.0]), rows, "LINEAR")])
+    path = tmp_path / "a.glb"
+    path.write_bytes(scene.glb())
+    out = Literal(retimed(path, Warp([0.0, 1.0, 3.0], [0.0, 0.5, 1.0]), tmp_path / "b.glb"))
+    np.testing.assert_allclose(out.value(0, 0, 1.0), (np.arange(6) + 3) / 12, atol=1e-6)
+    assert [row[0] for row in out.accessor(out.json["animations"][0]["samplers"][0]["input"])] == [0.0, 1.0, 3.0]
+
+
 def test_several_animations_are_named_and_the_first_is_read(tmp_path: Path) -> None:
     scene = Scene()
     scene.node(name="a")
