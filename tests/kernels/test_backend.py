@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+from retime import kernels
+from retime.kernels import compiled_available, sources_digest
 
 # Stands for an installation: what it recorded, and whether the compiled module can be loaded.
 CHILD = """
@@ -24,6 +29,16 @@ record.KERNELS = sys.argv[1]
 sys.modules["retime.kernels._built"] = record
 sys.meta_path.insert(0, Broken())
 """
+# Stands for a checkout that got newer sources: the compiled module is there, and knows nothing of what is called now.
+OLDER = """
+import sys, types
+
+record = types.ModuleType("retime.kernels._built")
+record.KERNELS = sys.argv[1]
+older = types.ModuleType("retime.kernels._kernels")
+older.sources = "those of last week"
+sys.modules |= {"retime.kernels._built": record, "retime.kernels._kernels": older}
+"""
 SOLVE = """
 import numpy as np
 from retime.search.path import shortest_path
@@ -35,9 +50,11 @@ main(["info", "--build", *sys.argv[2:]])
 """
 
 
-def run(record: str, then: str, *arguments: str, backend: str = "") -> subprocess.CompletedProcess[str]:
+def run(
+    record: str, then: str, *arguments: str, backend: str = "", installation: str = CHILD
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", CHILD + then, record, *arguments],
+        [sys.executable, "-c", installation + then, record, *arguments],
         env=os.environ | {"RETIME_BACKEND": backend},
         capture_output=True,
         text=True,
@@ -55,6 +72,32 @@ def test_kernels_that_were_meant_and_can_not_be_had_are_missed_aloud(record: str
     assert done.stderr.count("RetimeWarning") == 1
     assert reason in done.stderr
     assert "many times slower" in done.stderr
+
+
+def test_kernels_of_other_sources_are_not_called() -> None:
+    done = run("built", SOLVE, installation=OLDER)
+    assert done.stdout == "[0, 2, 4, 5]\n"
+    assert done.stderr.count("RetimeWarning") == 1
+    assert "of other sources than those beside it): install retime again" in done.stderr
+    forced = run("built", SOLVE, installation=OLDER, backend="compiled")
+    assert "OptionError: the compiled kernels can't be had" in forced.stderr
+
+
+@pytest.mark.skipif(not compiled_available(), reason="the compiled kernels are not here")
+def test_the_build_and_the_package_tell_sources_alike() -> None:
+    folder = Path(kernels.__file__).parent
+    assert importlib.import_module("retime.kernels._kernels").sources == sources_digest(folder)
+
+
+def test_every_change_of_a_source_counts_and_nothing_else(tmp_path: Path) -> None:
+    assert sources_digest(tmp_path) == ""
+    assert sources_digest(tmp_path / "nowhere") == ""
+    (tmp_path / "a.cpp").write_text("int a;\n")
+    one = sources_digest(tmp_path)
+    (tmp_path / "notes.txt").write_text("b")
+    assert sources_digest(tmp_path) == one
+    (tmp_path / "a.hpp").write_text("int b;\n")
+    assert sources_digest(tmp_path) != one
 
 
 @pytest.mark.parametrize("record", ["left out", "no CMake"])

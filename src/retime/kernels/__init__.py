@@ -5,11 +5,13 @@ Both give the same bits.
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import os
 import warnings
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Protocol, cast
 
 from retime.arrays import FloatArray, IntArray
@@ -186,10 +188,27 @@ def n_threads() -> int:
 def _import_error() -> str | None:
     """Try to load the compiled kernels: what went wrong, or None."""
     try:
-        importlib.import_module("retime.kernels._kernels")
+        module = importlib.import_module("retime.kernels._kernels")
     except ImportError as error:
         return str(error)
+    # In a checkout they stay as they were when newer sources come: they would be called as they can't be.
+    expected = sources_digest(Path(__file__).parent)
+    if expected and getattr(module, "sources", None) != expected:
+        return "they are of other sources than those beside it"
     return None
+
+
+def sources_digest(folder: Path) -> str:
+    """Tell the sources of the compiled kernels by a digest, as CMakeLists.txt does; "" where there are none.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they lie: in a checkout, beside this file. A wheel may have none: its parts are of one build.
+    """
+    found = [path for path in folder.iterdir() if path.suffix in (".cpp", ".hpp")] if folder.is_dir() else []
+    hashes = sorted(hashlib.sha256(path.read_bytes()).hexdigest() for path in found)
+    return hashlib.sha256("".join(hashes).encode()).hexdigest() if hashes else ""
 
 
 def build_record() -> str:

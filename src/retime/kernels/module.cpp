@@ -82,6 +82,8 @@ nb::object to_python(retime::Path&& path) {
 NB_MODULE(_kernels, m) {
     m.doc() = "Compiled kernels of retime; see retime.kernels.compiled.";
 
+    m.attr("sources") = RETIME_SOURCES;
+
     m.def("tell", [](nb::object heard) { progress = new nb::object(std::move(heard)); });
 
     m.def("joint_scores", [](Doubles input, Doubles reference, Integers steps, double velocity, double acceleration,
