@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from retime.cli.main import main
 from retime.formats.curves import gltf
 from retime.formats.read_options import ReadOptions
-from tests.formats.curves.scenes import Scene
+from tests.formats.curves.scenes import Scene, sliding_scene
 from tests.reference.gltf import Scene as Literal
 
 
@@ -46,10 +46,7 @@ def test_the_command_retimes_each_animation_by_a_warp_of_its_own(tmp_path: Path)
 
 
 def test_frames_left_out_at_the_start_are_left_out_of_the_scene(tmp_path: Path) -> None:
-    scene = Scene()
-    scene.node(name="a")
-    places = np.stack([np.arange(61.0), np.zeros(61), np.zeros(61)], axis=1)
-    scene.animation("x", [(0, "translation", scene.accessor(np.arange(61) / 30), scene.accessor(places), "LINEAR")])
+    scene = sliding_scene()
     path, out = tmp_path / "a.glb", tmp_path / "b.glb"
     path.write_bytes(scene.glb())
     args = ["warp", str(path), "--method", "linear", "--frames", "20:50", "--length", "100%", "-o", str(out)]

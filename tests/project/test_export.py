@@ -4,21 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from retime.project.document import ClipFile, Document
 from retime.project.export import export_motion
 from retime.project.solve import DocumentSolver
-from tests.formats.curves.scenes import Scene
+from tests.formats.curves.scenes import sliding_scene
 from tests.reference.gltf import Scene as Literal
 
 
 def test_a_scene_stays_one(tmp_path: Path) -> None:
-    scene = Scene()
-    scene.node(name="a")
-    places = np.stack([np.arange(61.0), np.zeros(61), np.zeros(61)], axis=1)
-    scene.animation("x", [(0, "translation", scene.accessor(np.arange(61) / 30), scene.accessor(places), "LINEAR")])
+    scene = sliding_scene()
     path, out = tmp_path / "a.glb", tmp_path / "b.glb"
     path.write_bytes(scene.glb())
     document = Document(

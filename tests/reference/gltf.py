@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 import struct
 from pathlib import Path
+
+from tests.reference.segments import slerp
 
 FORMATS = {5120: ("b", 127), 5121: ("B", 255), 5122: ("h", 32767), 5123: ("H", 65535), 5125: ("I", 1), 5126: ("f", 1)}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -86,15 +87,7 @@ def _between(a, b, start, end, time, kind, path):
     if kind == "LINEAR" and path != "rotation":
         return [(1 - t) * x + t * y for x, y in zip(a[0], b[0], strict=True)]
     if kind == "LINEAR":
-        cosine = sum(x * y for x, y in zip(a[0], b[0], strict=True))
-        sign = 1 if cosine >= 0 else -1
-        angle = math.acos(min(1.0, abs(cosine)))
-        if angle < 1e-6:
-            return [(1 - t) * x + t * sign * y for x, y in zip(a[0], b[0], strict=True)]
-        return [
-            (math.sin((1 - t) * angle) * x + sign * math.sin(t * angle) * y) / math.sin(angle)
-            for x, y in zip(a[0], b[0], strict=True)
-        ]
+        return slerp(a[0], b[0], t)
     return [
         (2 * t**3 - 3 * t**2 + 1) * va
         + width * (t**3 - 2 * t**2 + t) * out

@@ -24,7 +24,7 @@ def _within(handles, points, kind, time):
     if kind == LINEAR:
         return [a + (b - a) * share for a, b in zip(points[0], points[3], strict=True)]
     if kind == SLERP:
-        return _slerp(points[0], points[3], share)
+        return slerp(points[0], points[3], share)
     low, high = 0.0, 1.0
     for _ in range(200):
         middle = (low + high) / 2
@@ -39,7 +39,8 @@ def _bezier(p, u):
     return (1 - u) ** 3 * p[0] + 3 * (1 - u) ** 2 * u * p[1] + 3 * (1 - u) * u**2 * p[2] + u**3 * p[3]
 
 
-def _slerp(a, b, share):
+def slerp(a, b, share):
+    """Turn from one quaternion to another, evenly and the short way."""
     cosine = sum(x * y for x, y in zip(a, b, strict=True))
     if cosine < 0:
         b, cosine = [-y for y in b], -cosine

@@ -92,11 +92,13 @@ class CurveModule(FormatModule, Protocol):
     def animation_names(self, path: Path, data: bytes, options: ReadOptions) -> list[str]:
         """Name the animations that are meant."""
 
-    def retime(self, path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:
+    def retime(
+        self, path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions
+    ) -> dict[str, bytes]:
         """Cut the curves of animations by warps; "" is the new file, other names are of files beside it."""
 
     def bake(
-        self, path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions, *, average: bool
+        self, path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions, *, average: bool
     ) -> dict[str, bytes]:
         """Put a key on every frame instead."""
 
@@ -337,10 +339,10 @@ def retime_file(
     options = ReadOptions(rate=None if rate is None else parse_rate(rate), animation=animation)
     module = cast(CurveModule, _module(known))
     data = read_plain(path, options.limits)
-    if isinstance(warps, Warp):
-        warps = dict.fromkeys(module.animation_names(path, data, options), warps)
     if bake:
         files = module.bake(path, data, warps, options, average=average)
+    elif isinstance(warps, Warp):
+        files = module.retime(path, data, warps.simplify(tolerance), options)
     else:
         files = module.retime(path, data, {name: warp.simplify(tolerance) for name, warp in warps.items()}, options)
     _write_beside(files, place, overwrite=overwrite)

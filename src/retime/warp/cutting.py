@@ -15,6 +15,7 @@ import numpy as np
 from retime.arrays import FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import OptionError
+from retime.motion.rotation import slerp
 from retime.warp.curve import Warp, WarpLike, as_warp
 
 # Seconds of output. A shorter piece is a cut beside a key that is there already, and is left out.
@@ -307,21 +308,7 @@ def _points(points: FloatArray, share: FloatArray, kinds: IntArray) -> FloatArra
     out = np.where(straight, points[:, 0] * v + points[:, 3] * u, out)
     turned = np.flatnonzero(kinds == SegmentKind.SLERP)
     if len(turned):
-        out[turned] = _turned(points[turned, 0], points[turned, 3], share[turned])
+        first, second, at = points[turned, 0], points[turned, 3], share[turned]
+        # Either of two signs means one turn; a key keeps its own.
+        out[turned] = np.where((at == 1)[:, None], second, slerp(first, second, at))
     return out
-
-
-def _turned(a: FloatArray, b: FloatArray, share: FloatArray) -> FloatArray:
-    """Turn quaternions evenly from a to b, the short way; the order of their parts does not matter."""
-    cosine = (a * b).sum(axis=1)
-    near = np.where(cosine[:, None] < 0, -b, b)
-    # The half chord's sine and cosine give the angle without loss where it is small.
-    angle = 2 * np.arctan2(np.linalg.norm(near - a, axis=1), np.linalg.norm(near + a, axis=1))
-    small = angle < 1e-8
-    sine = np.where(small, 1.0, np.sin(angle))
-    first = np.where(small, 1 - share, np.sin((1 - share) * angle) / sine)
-    second = np.where(small, share, np.sin(share * angle) / sine)
-    out = first[:, None] * a + second[:, None] * near
-    # A key keeps its own sign.
-    exact = share[:, None]
-    return np.where(exact == 0, a, np.where(exact == 1, b, out))

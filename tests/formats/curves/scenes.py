@@ -79,6 +79,16 @@ class Scene:
         return json.dumps({**self.json, "buffers": [{"uri": uri, "byteLength": len(self.chunk)}]}, indent=1).encode()
 
 
+def sliding_scene() -> Scene:
+    """A node that slides along X by a unit a frame, for two seconds at 30 Hz."""
+    scene = Scene()
+    scene.node(name="a")
+    places = np.stack([np.arange(61.0), np.zeros(61), np.zeros(61)], axis=1)
+    times = scene.accessor(np.arange(61) / 30)
+    scene.animation("x", [(0, "translation", times, scene.accessor(places), "LINEAR")])
+    return scene
+
+
 def unit_rows(rng: np.random.Generator, n: int) -> np.ndarray:
     rows = rng.normal(size=(n, 4))
     return rows / np.linalg.norm(rows, axis=1)[:, None]

@@ -63,7 +63,7 @@ def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
     write_bytes(path, glb_of(motion), overwrite=overwrite)
 
 
-def retime(path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:
+def retime(path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:
     """Give animations new timing by cutting their curves; nothing is sampled.
 
     Parameters
@@ -72,8 +72,8 @@ def retime(path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOpti
         The file that `data` was read from.
     data : bytes
         Its contents.
-    warps : mapping of str to Warp
-        By the animation's name; time 0 of its input is the animation's first key.
+    warps : Warp, or mapping of str to Warp
+        For all animations that are meant, or by their names; time 0 of its input is the animation's first key.
     options : ReadOptions
         As it was read.
 
@@ -86,7 +86,7 @@ def retime(path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOpti
 
 
 def bake(
-    path: Path, data: bytes, warps: Mapping[str, Warp], options: ReadOptions, *, average: bool
+    path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions, *, average: bool
 ) -> dict[str, bytes]:
     """Give animations new timing by a key on every frame, as `retime` does; sped up, frames are averaged (§3.4)."""
 
@@ -99,14 +99,15 @@ def bake(
 def _rewritten(
     path: Path,
     data: bytes,
-    warps: Mapping[str, Warp],
+    warps: Warp | Mapping[str, Warp],
     options: ReadOptions,
     keys_of_animation: Callable[[GltfFile, Animation, Warp], list[NewKeys]],
 ) -> dict[str, bytes]:
     file = parse_gltf(path, data, options.limits)
     animations = [read_animation(file, index) for index in chosen_animations(file, options.animation)]
-    animations = [one for one in animations if one.name in warps]
-    keys = [key for one in animations for key in keys_of_animation(file, one, warps[one.name])]
+    timings = {one.name: warps for one in animations} if isinstance(warps, Warp) else warps
+    animations = [one for one in animations if one.name in timings]
+    keys = [key for one in animations for key in keys_of_animation(file, one, timings[one.name])]
     return with_keys(file, keys, animations)
 
 
