@@ -52,6 +52,7 @@ def test_a_curve_evaluates_to_its_definition(seed: int, n_keys: int, kinds: list
 
 @settings(max_examples=150, deadline=None)
 @example(26311, 7, 4, False, [SegmentKind.SLERP])
+@example(2**32 - 1, 8, 8, True, [SegmentKind.CUBIC])
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(2, 8),
@@ -86,6 +87,8 @@ def test_a_cut_curve_shows_the_curve_at_the_warps_time(
 def test_keys_stay_keys_and_only_knots_add_to_them(seed: int) -> None:
     rng = np.random.default_rng(seed)
     curve = drawn_curve(rng, 6, [SegmentKind.CUBIC])
+    # Handles that don't cross: nowhere does the curve stand upright.
+    curve.times[:, 1:3].sort(axis=1)
     warp = Warp([0.0, 2.0, 3.0], [curve.times[0, 0] - 0.5, curve.times[2, [0, 3]].mean(), curve.end_time + 1])
     out, source = cut_curve(curve, warp)
     back = warp.inverse()
@@ -107,6 +110,25 @@ def test_one_speed_scales_the_handles_and_leaves_the_values_to_the_bit() -> None
     mirrored, source = cut_curve(curve, Warp([0.0, high - low], [high, low]))
     np.testing.assert_array_equal(mirrored.values, curve.values[::-1, ::-1])
     assert source.tolist() == [4, 3, 2, 1, 0]
+
+
+def test_a_curve_that_stands_upright_is_cut_once_more_so_that_no_handle_leaves_its_keys() -> None:
+    curve = CurveSegments.through(np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), SegmentKind.CUBIC)
+    # Both handles reach across the whole segment: in its middle the curve is upright.
+    curve.times[0, 1:3] = [1.0, 0.0]
+    for inputs in ([0.0, 0.55, 1.0], [1.0, 0.55, 0.0], [0.1, 0.6, 0.9]):
+        warp = Warp([0.0, 1.0, 3.0], inputs)
+        out, source = cut_curve(curve, warp)
+        assert (out.times[:, 1:3] >= out.times[:, [0]]).all()
+        assert (out.times[:, 1:3] <= out.times[:, [3]]).all()
+        assert set(source) <= {0, 1}
+        times = np.linspace(0.001, 2.999, 400)
+        times = times[np.abs(warp(times) - 0.5) > 1e-3]
+        np.testing.assert_allclose(out(times), curve(warp(times)), atol=1e-7)
+        # What was cut can be cut again.
+        again, _ = cut_curve(out, Warp([0.0, 1.0, 2.0], [0.0, 0.7, 3.0]))
+        at = np.array([0.3, 0.9, 1.5])
+        np.testing.assert_allclose(again(at), out(np.array([0.21, 0.63, 1.85])), atol=1e-7)
 
 
 def test_a_hold_is_two_keys_of_one_value() -> None:

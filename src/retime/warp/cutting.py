@@ -12,7 +12,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from retime.arrays import FloatArray, IntArray
+from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.motion.rotation import slerp
@@ -150,7 +150,7 @@ def cut_curve(curve: CurveSegments, warp: WarpLike) -> tuple[CurveSegments, IntA
         return _one_key(curve, warp.output_start, end_value)
     whole = _with_holds(curve, float(warp.input_times.min()), float(warp.input_times.max()))
     piece, segment = _overlaps(whole, warp)
-    times, values = _laid(whole, warp, piece, segment)
+    times, values, segment = _laid(whole, warp, piece, segment)
     long = times[:, 3] - times[:, 0] > _SHORTEST
     times, values, segment = times[long], values[long], segment[long]
     source = segment - 1
@@ -215,13 +215,26 @@ def _overlaps(whole: CurveSegments, warp: Warp) -> tuple[IntArray, IntArray]:
     return piece, np.where(backward, last[piece] - step, first[piece] + step)
 
 
-def _laid(whole: CurveSegments, warp: Warp, piece: IntArray, segment: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Cut out what each piece of the warp shows of each segment, and lay it in output time."""
+def _laid(
+    whole: CurveSegments, warp: Warp, piece: IntArray, segment: IntArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Cut out what each piece of the warp shows of each segment, and lay it in output time.
+
+    Returns the times, the values, and the segment of each: there may be one more where a curve is all but upright.
+    """
+    from_time = np.clip(warp.input_times[piece], whole.times[segment, 0], whole.times[segment, 3])
+    to_time = np.clip(warp.input_times[piece + 1], whole.times[segment, 0], whole.times[segment, 3])
+    a, b = _shares(whole, segment, from_time), _shares(whole, segment, to_time)
+    steep, middle, middle_time = _upright(whole, segment, a, b)
+    if steep.any():
+        first = np.cumsum(1 + steep)[steep] - 2
+        parts = np.repeat(np.arange(len(piece)), 1 + steep)
+        piece, segment = piece[parts], segment[parts]
+        from_time, to_time, a, b = from_time[parts], to_time[parts], a[parts], b[parts]
+        b[first], to_time[first] = middle[steep], middle_time[steep]
+        a[first + 1], from_time[first + 1] = middle[steep], middle_time[steep]
     begin, stop = warp.input_times[piece], warp.input_times[piece + 1]
     start, end = warp.output_times[piece], warp.output_times[piece + 1]
-    from_time = np.clip(begin, whole.times[segment, 0], whole.times[segment, 3])
-    to_time = np.clip(stop, whole.times[segment, 0], whole.times[segment, 3])
-    a, b = _shares(whole, segment, from_time), _shares(whole, segment, to_time)
     kinds = whole.kinds[segment]
     values, inner = whole.values[segment], whole.times[segment]
     # Most segments are shown whole.
@@ -243,8 +256,43 @@ def _laid(whole: CurveSegments, warp: Warp, piece: IntArray, segment: IntArray) 
     third = np.linspace(0, 1, 4)
     times[still] = start[still, None] + third * (end - start)[still, None]
     times[still, 3] = end[still]
+    # But for a rounding they are within.
     times[:, 1:3] = np.clip(times[:, 1:3], times[:, [0]], times[:, [3]])
-    return times, values
+    return times, values, segment
+
+
+def _upright(
+    whole: CurveSegments, segment: IntArray, a: FloatArray, b: FloatArray
+) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Find the parts whose handles would leave them, and where to cut these once more so that none does.
+
+    Where a curve stands all but upright within a part, its handle there can lie beyond the part's end, and no key may
+    have such a handle. The speed of time along a segment is a parabola that is never negative: between an end and the
+    parabola's lowest point it is at least a third of the end's on average, which is what a handle needs.
+
+    Returns
+    -------
+    steep : bool array, shape (n_parts,)
+    middle, middle_time : float arrays, shape (n_parts,)
+        Parameter and time of the lowest point, where `steep`.
+    """
+    steep = np.zeros(len(segment), dtype=bool)
+    middle, middle_time = np.zeros(len(segment)), np.zeros(len(segment))
+    part = np.flatnonzero((whole.kinds[segment] == SegmentKind.CUBIC) & ((a != 0) | (b != 1)) & (a != b))
+    if not len(part):
+        return steep, middle, middle_time
+    points = whole.times[segment[part]]
+    inner = _between(points[:, :, None], a[part], b[part])[:, :, 0]
+    low, high = np.sort(inner[:, [0, 3]], axis=1).T
+    slack = 1e-12 * (high - low)
+    out = ((inner[:, 1:3] < (low - slack)[:, None]) | (inner[:, 1:3] > (high + slack)[:, None])).any(axis=1)
+    p1, p2, p3 = (points[:, i] - points[:, 0] for i in (1, 2, 3))
+    c2, c3 = 3 * p2 - 6 * p1, p3 - 3 * p2 + 3 * p1
+    lowest = -c2 / np.where(out, 3 * c3, 1.0)
+    out &= (np.minimum(a[part], b[part]) < lowest) & (lowest < np.maximum(a[part], b[part]))
+    steep[part], middle[part] = out, lowest
+    middle_time[part] = points[:, 0] + ((c3 * lowest + c2) * lowest + 3 * p1) * lowest
+    return steep, middle, middle_time
 
 
 def _between(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
