@@ -11,6 +11,8 @@ PIP := PIP_DISABLE_PIP_VERSION_CHECK=1 $(PY) -m pip
 MADE := $(VENV)/.made
 LOCKED := $(VENV)/.locked
 BENCH := $(VENV)/.bench
+EXTRAS := $(VENV)/extras
+EXTRAS_MADE := $(EXTRAS)/.made
 INSTALLED := $(VENV)/.installed
 VENV_WORKS := $(shell $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo yes)
 # The editor's page: a bundle that npm builds. Without npm there is all but that.
@@ -21,12 +23,12 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core format lint types scripts docs bench study lock clean FORCE
+.PHONY: help install page demo test check core extras test-extras format lint types scripts docs bench study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
 help:  ## Say what there is to make
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 install: $(INSTALLED)  ## Set up .venv with retime in it, editable, and the editor's page; build again what changed
 ifeq ($(NPM_WORKS),yes)
@@ -78,6 +80,13 @@ core: $(INSTALLED)  ## Use the core with NumPy alone, the oldest that serves, as
 	$(CORE)/env/bin/python tests/core_alone.py
 	RETIME_BACKEND=numpy $(CORE)/env/bin/python tests/core_alone.py
 
+# The packages of the heavy extras, and the peers that re-read what is written, in an environment that sees all of .venv:
+# "make test" goes without them and stays quick.
+extras: $(EXTRAS_MADE)  ## Set up .venv/extras with the heavy extras (USD, video, batch) and the peers of tests
+
+test-extras: $(INSTALLED) $(EXTRAS_MADE)  ## Run the tests that need the heavy extras
+	$(EXTRAS)/bin/python -m pytest -m extras
+
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py examples/choosing.py; do $(PY) $$script; done
 
@@ -98,6 +107,8 @@ UV_LOCK = $(PY) -m uv pip compile pyproject.toml --quiet $(UPGRADE) --universal 
 lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the newest releases)
 	$(PIP) install --quiet uv
 	$(UV_LOCK) --extra plot --extra edit --extra notebook --extra pandas --extra parquet --group dev --output-file requirements/dev.txt
+	$(UV_LOCK) --no-binary lottie --extra usd --extra video --extra beats --extra batch --group peers --constraints requirements/dev.txt \
+		--output-file requirements/extras.txt
 	$(UV_LOCK) --group bench --constraints requirements/dev.txt --output-file requirements/bench.txt
 	$(subst compile pyproject.toml,compile --group core,$(UV_LOCK)) --output-file requirements/core.txt
 
@@ -117,6 +128,16 @@ endif
 
 $(LOCKED): requirements/dev.txt $(MADE)
 	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements/dev.txt
+	@touch $@
+
+# python-lottie is published as a source of pure Python alone.
+$(EXTRAS_MADE): requirements/extras.txt $(LOCKED)
+	rm -rf $(EXTRAS)
+	$(PY) -m venv $(EXTRAS)
+	$(PY) -c 'import sysconfig; print("import site; site.addsitedir(%r)" % sysconfig.get_path("purelib"))' \
+		> $$($(EXTRAS)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/sees_dev.pth
+	$(PIP) --python $(EXTRAS)/bin/python install --quiet --require-hashes --only-binary :all: --no-binary lottie \
+		-r requirements/extras.txt
 	@touch $@
 
 $(BENCH): requirements/bench.txt $(LOCKED)
