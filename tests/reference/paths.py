@@ -105,6 +105,25 @@ def best_path(
     return None if best is None else (best[2], best[0])
 
 
+def best_loop(
+    scores: np.ndarray,
+    lengths: range,
+    anchors: Mapping[int, int],
+    start_cost: np.ndarray,
+    end_cost: np.ndarray,
+    following: Follows | None = None,
+) -> tuple[Frames, float] | None:
+    """Try, for each first step, every path that ends with it too; of equal ones take the smaller first step."""
+    best: tuple[Frames, float] | None = None
+    for step in range(len(start_cost)):
+        only = np.full((2, len(start_cost)), np.inf)
+        only[:, step] = start_cost[step], end_cost[step]
+        found = best_path(scores, lengths, anchors, only[0], only[1], following)
+        if found is not None and (best is None or found[1] < best[1]):
+            best = found
+    return best
+
+
 def best_free_path(
     scores: np.ndarray,
     through: Sequence[int] = (),

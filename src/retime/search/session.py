@@ -226,7 +226,7 @@ class Session:
         if chosen["search"] == "layered":
             seconds += layered_seconds(n_input, steps.n_pairs, n_output)
         if plan.request.loop:
-            seconds += steps.n_steps * loop_seconds(n_input, steps.n_pairs, len(plan.reduction.still))
+            seconds += loop_seconds(n_input, steps.n_pairs, steps.n_steps, len(plan.reduction.still))
         if chosen["content"]:
             n_bytes += 8.0 * n_input * steps.longest
             seconds += content_seconds(n_input, steps.steps.tolist())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import heapq
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -43,7 +43,12 @@ def check_loop(keytimes: Sequence[Keytime], search: str) -> None:
 
 
 def loop_path(task: PathTask, seam: FloatArray) -> FramePath:
-    """Search once for each first step, which the last one must equal.
+    """Find the best path whose first and last step are one.
+
+    A search for paths that begin with any step of a set, and end with any of it, is as long as one for a single step.
+    What it finds costs no more than the best loop of the set, so sets are looked at from the cheapest on: one through
+    which nothing leads, or which costs more than a loop that is known, is done with; what begins and ends with one
+    step is the best loop of its set; else the set is divided between the two steps.
 
     Parameters
     ----------
@@ -52,23 +57,55 @@ def loop_path(task: PathTask, seam: FloatArray) -> FramePath:
     seam : float array, shape (n_steps,)
         What the triple across the seam costs, for each step.
 
+    Returns
+    -------
+    FramePath
+        Of loops that cost the same, the one with the smaller first step.
+
     Raises
     ------
     InfeasibleWarpError
         No path begins and ends with the same step.
     """
     start, end = task.ends
-    found: list[FramePath] = []
-    for step in np.flatnonzero(np.isfinite(start + end + seam)).tolist():
-        only, seamed = np.full((2, len(seam)), np.inf)
-        only[step], seamed[step] = start[step], seam[step]
-        # Some of these searches find no path; only if none finds one is there no loop.
-        with contextlib.suppress(InfeasibleWarpError):
-            found.append(task.through(start_cost=only, end_cost=seamed))
-    if not found:
+    best: tuple[float, int] = (np.inf, -1)
+    loop: FramePath | None = None
+    bounds: list[float] = []
+
+    def best_within(steps: list[int]) -> FramePath | None:
+        ends = np.full((2, len(seam)), np.inf)
+        ends[:, steps] = start[steps], end[steps] + seam[steps]
+        try:
+            return task.through(start_cost=ends[0], end_cost=ends[1])
+        except InfeasibleWarpError:
+            # Only if there is no path for any step is there no loop.
+            return None
+
+    # What a loop of the set costs at least, its smallest step, and the set.
+    open_sets = [(-np.inf, 0, np.flatnonzero(np.isfinite(start + end + seam)).tolist())]
+    while open_sets:
+        least, _, steps = heapq.heappop(open_sets)
+        if not steps or (least, steps[0]) > best:
+            bounds.append(least)
+            continue
+        path = best_within(steps)
+        if path is None:
+            continue
+        first, last = np.searchsorted(task.steps.steps, np.diff(path.frames)[[0, -1]]).tolist()
+        if first == last:
+            bounds.append(path.lower_bound)
+            if (path.total, first) < best:
+                best, loop = (path.total, first), path
+            # A smaller step may do as well.
+            parts = [[step for step in steps if step < first]]
+        else:
+            middle = (steps.index(first) + steps.index(last)) // 2 + 1
+            parts = [steps[:middle], steps[middle:]]
+        for part in filter(None, parts):
+            heapq.heappush(open_sets, (path.total, part[0], part))
+    if loop is None:
         raise InfeasibleWarpError(
             "no path begins and ends at one speed between these keytimes: loosen a lock, a tangent or a speed "
             "limit, or give the output a frame more"
         )
-    best = min(found, key=lambda path: path.total)
-    return replace(best, lower_bound=min(path.lower_bound for path in found))
+    return replace(loop, lower_bound=min(bounds))
