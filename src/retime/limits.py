@@ -18,3 +18,6 @@ MOST_JOINT_POSES = 1 << 26
 
 MOST_NUMBERS = 1 << 28
 """Of an output that a warp makes, where it is not of a clip of that size: so many doubles are 2.1 GB."""
+
+LEAST_WEIGHT, MOST_WEIGHT = 1e-9, 1e9
+"""Of references, joints and channels, and of their scales: beyond, scores would overflow, or be all the same."""

@@ -281,3 +281,8 @@ def test_a_tangent_at_a_turn_holds_in_each_direction_and_a_hold_stays_at_rest() 
 def test_a_tangent_that_is_no_speed_is_refused(speed: float) -> None:
     with pytest.raises(OptionError, match="above 0"):
         spline_warp([Keytime(input_time=0, output_time=0), Keytime(input_time=1, output_time=1, speed=speed)])
+
+
+def test_a_spline_of_more_knots_than_a_clip_has_frames_is_refused_before_any_is_made() -> None:
+    with pytest.raises(OptionError, match=r"a spline over 1e\+06 s of output has 3e\+07 knots at 30 a second"):
+        spline_warp([(0.0, 0.0), (1.0, 1e6)], rate=30)

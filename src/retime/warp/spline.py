@@ -11,7 +11,8 @@ from fractions import Fraction
 import numpy as np
 
 from retime.arrays import FloatArray
-from retime.errors import InfeasibleWarpError, RetimeWarning
+from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
+from retime.limits import MOST_FRAMES
 from retime.motion.rate import parse_rate
 from retime.warp.curve import Warp
 from retime.warp.keytime import Keytime, KeytimeLike, check_speed, keytimes_of
@@ -65,7 +66,7 @@ def spline_warp(keytimes: Sequence[KeytimeLike], *, rate: str | float | Fraction
     InfeasibleWarpError
         Fewer than two keytimes, or two at one output time.
     OptionError
-        Something that is no keytime, or no rate.
+        Something that is no keytime, or no rate; more knots than a clip can have frames (`retime.limits.MOST_FRAMES`).
 
     Warns
     -----
@@ -82,7 +83,13 @@ def spline_warp(keytimes: Sequence[KeytimeLike], *, rate: str | float | Fraction
     output_times = np.array([key.output_time for key in ordered])
     input_times = np.array([key.input_time for key in ordered])
     start, end = output_times[0], output_times[-1]
-    n_knots = max(2, round((end - start) * float(parse_rate(rate))) + 1)
+    per_second = float(parse_rate(rate))
+    if not (end - start) * per_second < MOST_FRAMES:
+        raise OptionError(
+            f"a spline over {end - start:g} s of output has {(end - start) * per_second:.3g} knots at {per_second:g} a "
+            f"second; {MOST_FRAMES} is the most. Ask for a shorter output"
+        )
+    n_knots = max(2, round((end - start) * per_second) + 1)
     times = add_times(output_times, np.linspace(start, end, n_knots))
     begin, end_slopes = _with_tangents(ordered, pchip_slopes(output_times, input_times))
     values = _cubics(output_times, input_times, begin, end_slopes, times)

@@ -90,6 +90,8 @@ def test_a_repeated_name_means_every_joint_that_has_it() -> None:
         ({"weights": {"Head": float("nan")}}, "found nan"),
         ({"scales": {"x": 0}}, "scale of 'x' must be a finite number, above 0; found 0"),
         ({"scales": {"x": float("inf")}}, "found inf"),
+        ({"scales": {"x": 5e-324}}, "above 0; found 5e-324 .1e-09 to 1e.09 can be told apart"),
+        ({"weights": {"Head": 1e300}}, "0 or more; found 1e.300"),
     ],
 )
 def test_pose_options_out_of_range_are_refused(options, message) -> None:
@@ -346,7 +348,7 @@ def test_references_that_do_not_compare_are_refused(reference, options, message)
         model_poses(WALK, [reference], options)
 
 
-@pytest.mark.parametrize("weight", [0.0, -1.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("weight", [0.0, -1.0, float("nan"), float("inf"), 1e-300, 1.7e308])
 def test_a_weight_that_is_none_is_refused(weight) -> None:
     with pytest.raises(OptionError, match="weight of a reference must be a finite number above 0"):
         Reference(WALK, weight=weight)

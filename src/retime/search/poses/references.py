@@ -18,6 +18,7 @@ from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
+from retime.limits import LEAST_WEIGHT, MOST_WEIGHT
 from retime.motion.any_motion import AnyMotion
 from retime.motion.body import body_of
 from retime.motion.joint_names import JointMatch, near_names
@@ -69,8 +70,11 @@ class Reference:
     def __post_init__(self) -> None:
         _as_group(self.motion)
         object.__setattr__(self, "weight", real(self.weight, "the weight of a reference"))
-        if not (np.isfinite(self.weight) and self.weight > 0):
-            raise OptionError(f"the weight of a reference must be a finite number above 0, found {self.weight}")
+        if not LEAST_WEIGHT <= self.weight <= MOST_WEIGHT:
+            raise OptionError(
+                f"the weight of a reference must be a finite number above 0, from {LEAST_WEIGHT:g} to "
+                f"{MOST_WEIGHT:g}; found {self.weight}"
+            )
         if not isinstance(self.joint_map, Mapping):
             raise OptionError(
                 f"a joint map is a mapping from the input's names to the reference's; found {kind_of(self.joint_map)}"

@@ -19,6 +19,7 @@ from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
 from retime.frames import frame_positions
+from retime.limits import LEAST_WEIGHT, MOST_WEIGHT
 from retime.motion.any_motion import AnyMotion
 from retime.motion.joint_names import near_names
 from retime.motion.kinematics import GlobalPoses, heading_positions, rises_along_y, torso_positions
@@ -87,9 +88,12 @@ class PoseOptions:
                 raise OptionError(f"{what}s are a mapping of names to numbers, found {kind_of(numbers)}")
             floats = {name: real(number, f"the {what} of {name!r}") for name, number in numbers.items()}
             for name, number in floats.items():
-                if not (math.isfinite(number) and (number > 0 or (number == 0 and what == "weight"))):
+                if not (LEAST_WEIGHT <= number <= MOST_WEIGHT or (number == 0 and what == "weight")):
                     least = "0 or more" if what == "weight" else "above 0"
-                    raise OptionError(f"the {what} of {name!r} must be a finite number, {least}; found {number}")
+                    raise OptionError(
+                        f"the {what} of {name!r} must be a finite number, {least}; found {number}"
+                        + (f" ({LEAST_WEIGHT:g} to {MOST_WEIGHT:g} can be told apart)" if number > 0 else "")
+                    )
             object.__setattr__(self, f"{what}s", floats)
 
 
