@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 import re
 
 import pytest
-from starlette.websockets import WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from retime.project.journal import Journal
 from retime.project.solve import DocumentSolver
 from retime.project.workspace import Workspace
 from retime.server import app, files, shared_document, solver_thread
-from retime.server.messages import Notice
+from retime.server.messages import VERSION, Notice
 from retime.server.outbox import Outbox
 from retime.server.unexpected import words_for_page
 from tests.server.serving import KEY, serving
@@ -212,3 +213,54 @@ def test_a_page_that_has_gone_is_sent_nothing_more() -> None:
         return socket.sent
 
     assert asyncio.run(run()) == 1
+
+
+def test_a_page_whose_going_is_found_out_by_the_sender_ends_quietly() -> None:
+    """Its last message is still heard; then there is nothing left to receive from."""
+
+    class Document:
+        def __init__(self) -> None:
+            self.heard: list[object] = []
+            self.left = 0
+
+        def join(self, page: Outbox) -> None:
+            page.put(Notice("warning", "told to nobody"))
+
+        def handle(self, page: Outbox, message: object) -> None:
+            self.heard.append(message)
+
+        def leave(self, page: Outbox) -> None:
+            self.left += 1
+
+    async def run() -> Document:
+        document = Document()
+        gone = asyncio.Event()
+        said = iter(
+            [
+                {"type": "websocket.connect"},
+                {"type": "websocket.receive", "text": json.dumps({"type": "hello", "version": VERSION})},
+                {"type": "websocket.receive", "text": json.dumps({"type": "browse", "folder": None, "holds": "clip"})},
+            ]
+        )
+        n_said = 0
+
+        async def receive():
+            nonlocal n_said
+            n_said += 1
+            if n_said == 3:
+                await gone.wait()
+            return next(said)
+
+        async def send(message) -> None:
+            if "told to nobody" in str(message.get("text")):
+                gone.set()
+                raise OSError("gone")
+
+        editor = object.__new__(app.Editor)
+        editor._shared = document
+        scope = {"type": "websocket", "path": "/socket", "headers": [], "query_string": b""}
+        await asyncio.wait_for(editor._socket(WebSocket(scope, receive, send)), 30)
+        return document
+
+    document = asyncio.run(run())
+    assert len(document.heard) == document.left == 1

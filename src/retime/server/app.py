@@ -18,7 +18,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from retime.errors import FormatError
 from retime.project.allowed_places import AllowedPlaces
@@ -122,6 +122,10 @@ class Editor:
         except (WebSocketDisconnect, KeyError):
             # A binary message ends in a KeyError; pages send none.
             pass
+        except RuntimeError:
+            # A page that has gone is found out by who sends to it: then there is nothing to receive from either.
+            if socket.application_state is WebSocketState.CONNECTED:
+                raise
         finally:
             shared.leave(page)
             if sender is not None:
