@@ -45,6 +45,25 @@ def test_labels_and_clocks_are_not_averaged() -> None:
     assert set(apply_warp(signal, FAST).values[:, 0]) <= {0, 7}
 
 
+def test_no_mean_holds_what_was_never_there() -> None:
+    # On one side of the gap all is 0, on the other 100, which a bridge would join; angles and rotations alike.
+    values = np.zeros((60, 7))
+    values[30:, 0] = 100.0
+    values[30:, 1] = 90.0
+    values[:, 2], values[30:, 2:6] = 1.0, [0.0, 1.0, 0.0, 0.0]
+    values[30:, 6] = 100.0
+    values[27:33, :6] = np.nan
+    kinds = ["linear", "angle:deg", *["quaternion"] * 4, "linear"]
+    signal = Signal([f"c{i}" for i in range(7)], values, 30, kinds=kinds, gaps="keep")
+    found = apply_warp(signal, Warp([0.0, 59 / 90], [0.0, 59 / 30])).values
+    known = ~np.isnan(found[:, 0])
+    assert 0 < known.sum() < len(found)
+    for column, side in ((0, 100.0), (1, 90.0), (2, 1.0), (3, 1.0)):
+        assert set(np.round(found[known, column], 9)) == {0.0, side}
+    # A channel without the gap is averaged across the step.
+    assert len(set(np.round(found[:, 6], 6))) > 2
+
+
 def test_a_gap_grows_no_wider_by_averaging() -> None:
     values = np.column_stack([np.arange(40.0), np.arange(40.0)])
     values[10:20, 0] = np.nan

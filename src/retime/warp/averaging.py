@@ -193,8 +193,9 @@ def average_columns(
 def average_channels(sampled: FloatArray, signal: Signal, windows: Windows) -> FloatArray:
     """Put the means of a signal's channels where windows are open, as their kinds allow.
 
-    Angles are averaged the short way round, rotations as rotations; labels, events and clocks have no mean. Means are
-    over bridged gaps, so that a gap grows no wider; what is missing of the sampled values stays so.
+    Angles are averaged the short way round, rotations as rotations; labels, events and clocks have no mean. Beside a
+    gap the window closes, as it does at the ends: no mean holds a number that was never there, and a gap grows no
+    wider. What is missing of the sampled values stays so.
 
     Parameters
     ----------
@@ -206,28 +207,48 @@ def average_channels(sampled: FloatArray, signal: Signal, windows: Windows) -> F
         Where each output frame averages.
     """
     shown = sampled.copy()
-    values = bridged(signal.values, signal.names, signal.kinds) if signal.holes.any() else signal.values
-    kinds = signal.kinds
+    holes, kinds = signal.holes, signal.kinds
+    # What is bridged is only there to be summed up around: no window reaches it.
+    values = bridged(signal.values, signal.names, kinds) if holes.any() else signal.values
     linear = [place for place, kind in enumerate(kinds) if kind.kind == "linear"]
-    average_columns(shown, values, np.array(linear, dtype=np.intp), windows, windows.wrapped)
+    for columns, half in _beside_gaps(holes, [(place,) for place in linear], windows):
+        average_columns(shown, values, columns, windows, half)
     for place, kind in enumerate(kinds):
         if kind.kind == "angle":
             turn = FULL_TURN[kind.unit]
-            column = np.array([0])
-            on_and_on, mean = np.unwrap(values[:, place], period=turn)[:, None], sampled[:, [place]]
-            average_columns(mean, on_and_on, column, windows, windows.wrapped)
-            averaged = windows.wrapped > CLOSED
+            ((columns, half),) = _beside_gaps(holes, [(place,)], windows)
+            on_and_on, mean = np.unwrap(values[:, place], period=turn)[:, None], sampled[:, columns]
+            average_columns(mean, on_and_on, np.array([0]), windows, half)
+            averaged = half > CLOSED
             shown[averaged, place] = within_turn(mean[averaged, 0], values[:, place], turn)
     for four in quaternion_groups(signal.names, kinds):
-        columns = list(four)
+        ((columns, half),) = _beside_gaps(holes, [four], windows)
         rotations = windows.continued(values[:, columns])
-        fast, means = windows.means(one_side(unit_length(rotations)), windows.wrapped)
+        fast, means = windows.means(one_side(unit_length(rotations)), half)
         # Where they go all the way round and cancel there is no mean: those keep the sampled rotation.
         near = np.flatnonzero(np.einsum("fc,fc->f", means, means) >= 0.1**2)
         turned = shown[:, columns]
         turned[fast[near]] = unit_length(means[near])
         shown[:, columns] = one_side(turned)
     return np.where(np.isnan(sampled), np.nan, shown)
+
+
+def _beside_gaps(
+    holes: BoolArray, groups: Sequence[tuple[int, ...]], windows: Windows
+) -> list[tuple[IntArray, FloatArray]]:
+    """Part groups of columns by where they have gaps; each part with the half-widths that reach into none."""
+    parts: dict[bytes, list[int]] = {}
+    for group in groups:
+        missing = holes[:, group].any(axis=1)
+        parts.setdefault(missing.tobytes() if missing.any() else b"", []).extend(group)
+    found = []
+    for key, columns in parts.items():
+        half = windows.wrapped
+        if key:
+            away = windows.until_rest(np.frombuffer(key, dtype=np.bool_))
+            half = np.minimum(half, np.maximum(away - 1.0, 0.0))
+        found.append((np.array(columns, dtype=np.intp), half))
+    return found
 
 
 def average_rotations(sampled: FloatArray, motion: Motion, windows: Windows, groups: list[JointGroup]) -> FloatArray:
