@@ -62,6 +62,7 @@ def test_a_motion_as_json(run, clips) -> None:
         "flights": [],
         "feet": ["LeftFoot", "RightFoot"],
         "feet_found_by": "name",
+        "facts": {},
         "mirror_pairs": [["LeftLeg", "RightLeg"], ["LeftFoot", "RightFoot"]],
         "parts": ["hips", None, "left thigh", "left foot", "right thigh", "right foot"],
     }

@@ -7,14 +7,24 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 from click.testing import CliRunner
 
 from retime.cli.main import main
 from retime.data import SAMPLE
 from retime.formats.registry import FORMATS, read
 from retime.motion.motion import Motion
+from tests.formats.c3d_files import Capture
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+def capture() -> Capture:
+    """A second of two markers, one of them lost for a while, and a force."""
+    points = np.zeros((60, 2, 4))
+    points[:, :, 0] = 100 * np.sin(np.arange(60) / 9)[:, None]
+    points[20:25, 1] = (0, 0, 0, -1)
+    return Capture(rate=60.0, points=points, analog=np.arange(240.0)[:, None])
 
 
 def test_the_table_is_that_of_the_registry() -> None:
@@ -33,8 +43,9 @@ def test_its_commands_run(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("demo").mkdir()
     Path("demo", "sample.bvh").write_bytes(SAMPLE.read_bytes())
+    Path("take.c3d").write_bytes(capture().build())
     commands = re.findall(r"^\$ retime (.*)$", (ROOT / "docs" / "formats.md").read_text(encoding="utf-8"), flags=re.M)
-    assert len(commands) == 4
+    assert len(commands) >= 10
     for command in commands:
         run = CliRunner().invoke(main, shlex.split(command))
         assert run.exit_code == 0, (command, run.output)
@@ -42,3 +53,4 @@ def test_its_commands_run(tmp_path: Path, monkeypatch) -> None:
     assert isinstance(walk, Motion)
     assert shorter.end_time < 0.71 * walk.end_time
     assert Path("again.glb").read_bytes() == Path("slow.glb").read_bytes()
+    assert Path("again.c3d").read_bytes() == Path("shorter.c3d").read_bytes()

@@ -1,14 +1,18 @@
-"""What the page exports of a scene whose animation is curves: the scene, its keys retimed."""
+"""What the page exports of files that hold more than a clip: the same file, retimed in place."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from retime.formats import read
 from retime.project.document import ClipFile, Document
 from retime.project.export import export_motion
 from retime.project.solve import DocumentSolver
+from retime.motion.signal import Signal
+from tests.formats.c3d_files import Capture
 from tests.formats.curves.scenes import sliding_scene
 from tests.reference.gltf import Scene as Literal
 
@@ -26,3 +30,21 @@ def test_a_scene_stays_one(tmp_path: Path) -> None:
     assert literal.json["nodes"] == scene.json["nodes"]
     end = float(solution.warp.output_end)
     assert [literal.value(0, 0, t)[0] for t in (0.0, end / 2, end)] == pytest.approx([20, 35, 50], abs=1e-4)
+
+
+def test_a_capture_stays_one(tmp_path: Path) -> None:
+    points = np.zeros((60, 1, 4))
+    points[:, 0, 0] = np.arange(60)
+    path, out = tmp_path / "a.c3d", tmp_path / "b.c3d"
+    path.write_bytes(Capture(rate=30.0, points=points, analog=np.arange(60.0)[:, None], analog_labels=["Fz"]).build())
+    clip = ClipFile(str(path), first_frame=21, last_frame=51, fps="60")
+    solution = DocumentSolver().solve(Document((clip,), method="linear", options={"length": "200%"}))
+    export_motion(solution, 0, out, overwrite=False)
+    markers, force = read(out), read(out, array="analog")
+    assert isinstance(markers, Signal)
+    assert isinstance(force, Signal)
+    assert (markers.first_frame, markers.n_frames, markers.rate) == (21, 62, 60)
+    end = float(solution.warp.output_end)
+    assert markers.at([0.0, end / 2, end]).values[:, 0] == pytest.approx([20, 35, 50], abs=1e-4)
+    assert force.names == ("Fz",)
+    assert force.values[-1, 0] * 2 == pytest.approx(50, abs=1e-4)

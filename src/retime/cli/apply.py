@@ -9,7 +9,7 @@ import click
 from retime.cli.clip_options import PATH, ClipOptions, clip_options
 from retime.cli.exit_codes import EXIT_FILE, exit_code
 from retime.cli.help_sections import Option, SectionedCommand
-from retime.cli.in_place import Writing, keeps_curves
+from retime.cli.in_place import Writing
 from retime.cli.output_checks import check_format, check_outputs
 from retime.cli.output_options import (
     bake_option,
@@ -85,9 +85,10 @@ def command(
         force=force,
     )
     for clip, place in places.items():
-        check_format(place, like=clip)
+        check_format(place, like=clip, arrays=clip_options.array)
 
     from retime.cli.summary import length_text
+    from retime.formats.registry import stays_in_place
     from retime.formats.warp_file import read_warp
 
     stages = Stages(quiet=quiet)
@@ -98,7 +99,8 @@ def command(
         try:
             motion = None
             # Of a scene that is retimed in place all animations are meant, and nothing is sampled.
-            if not keeps_curves(clip, place) or clip_options.frames or clip_options.drop_first:
+            in_place = stays_in_place(clip, place, arrays=clip_options.array)
+            if in_place is None or clip_options.frames or clip_options.drop_first:
                 with stages.stage("read", f"reading {clip.name}"):
                     motion = clip_options.read(clip, beside=len(places) > 1)
             result = writing.write(clip, clip_options, motion, timing, place, stages)
@@ -113,7 +115,8 @@ def command(
         if quiet:
             continue
         if result is None or motion is None:
-            say(f"{place}: its curves cut, {timing.output_span:.3f} s from {clip}")
+            what = "its frames resampled" if in_place is not None and in_place.frames else "its curves cut"
+            say(f"{place}: {what}, {timing.output_span:.3f} s from {clip}")
         else:
             say(
                 f"{place}: {length_text(result.n_frames, result.rate)}, from {clip}: "

@@ -18,6 +18,7 @@ from retime.motion.grammar import parse_frame_range
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
+    from retime.formats.read_options import ReadOptions
     from retime.motion.any_motion import AnyMotion
     from retime.motion.channels import ChannelKind
     from retime.motion.contacts import Contacts
@@ -90,16 +91,11 @@ class ClipOptions:
     animation: str | None = None
     is_reference: bool = False
 
-    def read(self, path: Path, *, beside: bool = False) -> AnyMotion:
-        """Read a clip; raise FormatError, OSError or OptionError.
-
-        One that stands `beside` another needn't have the channels that kinds were given for, nor the joint of `root`.
-        """
+    def read_options(self) -> ReadOptions:
+        """Return what a reader is told."""
         from retime.formats.read_options import ReadOptions
-        from retime.formats.registry import read_with, refuse_unfit
-        from retime.motion.first_frames import hint_at_first_frames
 
-        options = ReadOptions(
+        return ReadOptions(
             rate=self.fps,
             skeleton=self.skeleton,
             repair=self.repair,
@@ -109,6 +105,16 @@ class ClipOptions:
             arrays=self.array,
             animation=self.animation,
         )
+
+    def read(self, path: Path, *, beside: bool = False) -> AnyMotion:
+        """Read a clip; raise FormatError, OSError or OptionError.
+
+        One that stands `beside` another needn't have the channels that kinds were given for, nor the joint of `root`.
+        """
+        from retime.formats.registry import read_with, refuse_unfit
+        from retime.motion.first_frames import hint_at_first_frames
+
+        options = self.read_options()
         clip = read_with(path, options, up=self.up, root=self.root)
         if not (beside or self.is_reference):
             refuse_unfit(clip, options.channels, self.root)
@@ -258,7 +264,7 @@ _OPTIONS = (
         section="Input",
         metavar="NAME",
         multiple=True,
-        help="Which array of an NPZ is meant; repeat for more, side by side.",
+        help="Which array of an NPZ is meant; repeat for more, side by side. Of a C3D: points, or analog.",
     ),
     click.option(
         "--root",

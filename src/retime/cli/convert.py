@@ -10,7 +10,7 @@ import click
 
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, parsed, resampled
 from retime.cli.help_sections import Option, SectionedCommand
-from retime.cli.output_checks import check_format, check_outputs
+from retime.cli.output_checks import check_holds_like, check_outputs
 from retime.cli.output_options import held_frames, on_option, on_twos_option
 from retime.cli.terminal import Stages, say
 from retime.errors import OptionError
@@ -84,7 +84,7 @@ def command(
     """
     skeletons = [] if clip_options.skeleton is None else [clip_options.skeleton]
     check_outputs({"B": output}, inputs=[clip, *skeletons], force=force)
-    as_table = _as_table(clip, output)
+    as_table = _as_table(clip, output, clip_options.array)
     if not as_table and (rotations or space):
         raise OptionError(
             f"{'--rotations' if rotations else '--space'} is for a motion that is written as a table, such as "
@@ -109,12 +109,12 @@ def command(
         say(f"{output}: {length_text(motion.n_frames, motion.rate)} at {rate_text(motion.rate)}")
 
 
-def _as_table(clip: Path, output: Path) -> bool:
+def _as_table(clip: Path, output: Path, arrays: tuple[str, ...]) -> bool:
     """Tell whether a motion is to become a table; raise FormatError where B can't hold what A does."""
-    from retime.formats.registry import check_holds, format_of
+    from retime.formats.registry import check_holds, format_in, format_of
 
-    if format_of(clip).holds == "motion" and format_of(output).holds == "signal":
+    if format_in(clip, arrays=arrays).holds == "motion" and format_of(output).holds == "signal":
         check_holds(output, "signal")
         return True
-    check_format(output, like=clip)
+    check_holds_like(output, clip, arrays)
     return False

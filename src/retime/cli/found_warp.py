@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retime.cli.clip_options import ClipOptions
-from retime.cli.in_place import keeps_curves
 from retime.cli.output_options import OutputOptions
 from retime.cli.terminal import Stages, say, say_json, say_table
 
@@ -66,6 +65,7 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
     # Heavy imports wait until something is to be done.
     from retime.cli.summary import slip_facts
     from retime.files import write_bytes
+    from retime.formats.registry import stays_in_place
     from retime.formats.warp_file import write_warp
     from retime.motion.contacts import contacts
     from retime.motion.motion import Motion
@@ -74,7 +74,9 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
     writing = outputs.writing
     if outputs.output is not None:
         feet = None
-        if isinstance(found.clip, Motion) and not keeps_curves(found.path, outputs.output):
+        if isinstance(found.clip, Motion) and not stays_in_place(
+            found.path, outputs.output, arrays=found.clip_options.array
+        ):
             with stages.stage("apply", "finding the feet"):
                 feet = contacts(found.clip)
         result = writing.write(

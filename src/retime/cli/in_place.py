@@ -1,10 +1,10 @@
-"""Writing a retimed clip: resampled, or, where its format's animation is curves, its file with other keys."""
+"""Writing a retimed clip: resampled, or its file with other keys or frames and all else in it kept."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from retime.cli.clip_options import ClipOptions, retimed
 from retime.cli.terminal import Stages
@@ -56,9 +56,14 @@ class Writing:
         `clip` is what `options` read from `source`; a file that is retimed in place does without.
         `feet` are its contacts, where they are known.
         """
-        from retime.formats.registry import write
+        from retime.formats.registry import stays_in_place, write
 
-        if keeps_curves(source, place):
+        known = stays_in_place(source, place, arrays=options.array)
+        if known is not None and known.frames:
+            with stages.stage("write", "writing"):
+                self._write_frames(source, options, clip, warp, place)
+            return None
+        if known is not None:
             offset = 0.0
             if clip is not None:
                 # Frames that were left out at the start: the file's clock goes on from its first key.
@@ -74,6 +79,33 @@ class Writing:
             write(result, place, overwrite=self.force)
         return result
 
+    def _write_frames(
+        self, source: Path, options: ClipOptions, clip: AnyMotion | None, warp: Warp, place: Path
+    ) -> None:
+        """Write a capture with other frames; those that were left out at its ends stay out."""
+        from retime.formats.registry import retime_file
+
+        frames = None
+        if clip is not None and (options.frames or options.drop_first):
+            if options.array:
+                raise OptionError(
+                    f"--frames and --drop-first cut {source} by its points, and --array counts other frames; leave one "
+                    "of them out"
+                )
+            frames = (clip.first_frame, clip.first_frame + clip.n_frames - 1)
+        retime_file(
+            source,
+            place,
+            warp,
+            rate=options.fps,
+            average=self.average,
+            frames=frames,
+            held=self.held,
+            kinds=dict(options.channels),
+            repair=options.repair,
+            overwrite=self.force,
+        )
+
     def write_curves(self, source: Path, options: ClipOptions, warps: Warp | dict[str, Warp], place: Path) -> None:
         """Write a file with the keys of its animations retimed."""
         from retime.formats.registry import retime_file
@@ -83,7 +115,7 @@ class Writing:
                 f"--on-twos and --on hold frames, and {place} keeps its curves; set them to step in the program that "
                 "made it, or write another format"
             )
-        more = {} if self.tolerance is None else {"tolerance": self.tolerance}
+        more: dict[str, Any] = {} if self.tolerance is None else {"tolerance": self.tolerance}
         retime_file(
             source,
             place,
@@ -98,7 +130,7 @@ class Writing:
 
 
 def keeps_curves(source: Path, place: Path) -> bool:
-    """Tell whether a file is retimed in place: its animation is curves, and the output is a file of its kind."""
-    from retime.formats.registry import format_of
+    """Tell whether a file's curves are cut: its animation is curves, and the output is a file of its kind."""
+    from retime.formats.registry import format_of, stays_in_place
 
-    return format_of(source).curves and format_of(place) == format_of(source)
+    return format_of(source).curves and stays_in_place(source, place) is not None

@@ -43,12 +43,22 @@ def command(*, clip: Path | None, clip_options: ClipOptions, as_json: bool, buil
         rows = _build_rows(document)
     else:
         motion = clip_options.read(clip)
-        document = _describe_clip(clip, motion)
+        document = _describe_clip(clip, motion, clip_options.array) | {"facts": _facts(clip, clip_options)}
         rows = _clip_rows(document)
     if as_json:
         say_json(document)
     else:
         say_table(rows)
+
+
+def _facts(clip: Path, clip_options: ClipOptions) -> dict[str, str]:
+    """Ask the format what the file holds beside what was read; it has warned already."""
+    from retime.errors import RetimeWarning
+    from retime.formats.registry import facts_of
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RetimeWarning)
+        return facts_of(clip, clip_options.read_options())
 
 
 def _describe_build() -> dict[str, Any]:
@@ -104,8 +114,8 @@ def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
     ]
 
 
-def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
-    from retime.formats.registry import format_of
+def _describe_clip(path: Path, clip: AnyMotion, arrays: tuple[str, ...]) -> dict[str, Any]:
+    from retime.formats.registry import format_in
     from retime.motion.body import body_joint
     from retime.motion.contacts import contacts, named_feet
     from retime.motion.first_frames import frames_before_capture
@@ -117,7 +127,7 @@ def _describe_clip(path: Path, clip: AnyMotion) -> dict[str, Any]:
 
     document: dict[str, Any] = {
         "path": str(path),
-        "format": format_of(path).name,
+        "format": format_in(path, arrays=arrays).name,
         "holds": "motion" if isinstance(clip, Motion) else "signal",
         "name": clip.name,
         "frames": clip.n_frames,
@@ -182,7 +192,9 @@ def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:
             rows.insert(1, ("table", clip["table"]))
         if clip["clock"]:
             rows.append(("clock", f"{clip['clock']['column']}: {clip['clock']['said']}"))
+        rows += clip["facts"].items()
         return [*rows, ("channels", f"{clip['channels']}: {', '.join(clip['channel_names'])}"), *_kind_rows(clip)]
+    rows += clip["facts"].items()
     if clip["channels"] is not None:
         rows.append(("channels", str(clip["channels"])))
     metres = clip["metres_per_unit"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import importlib.util
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
@@ -58,13 +58,24 @@ def check_outputs(outputs: Mapping[str, Path | None], *, inputs: Iterable[Path],
             raise OutputExistsError(place)
 
 
-def check_format(place: Path, *, like: Path) -> None:
-    """Refuse a place whose format can't hold what another file holds; raise FormatError."""
-    from retime.formats.registry import check_holds, format_of
+def check_format(place: Path, *, like: Path, arrays: Sequence[str] = ()) -> None:
+    """Refuse a place whose format can't hold what another file, or these arrays of it, hold; raise FormatError."""
+    from retime.formats.compressed import refuse_compressed
+    from retime.formats.registry import stays_in_place
+
+    if stays_in_place(like, place, arrays=arrays) is not None:
+        refuse_compressed(place)
+        return
+    check_holds_like(place, like, arrays)
+
+
+def check_holds_like(place: Path, like: Path, arrays: Sequence[str] = ()) -> None:
+    """Refuse a place whose format can't hold anew what another file holds; raise FormatError."""
+    from retime.formats.registry import check_holds, format_in, format_of
 
     if not format_of(place).writes:
         raise FormatError(f"{place.suffix.lower()} files can be read, but not written", path=place)
-    check_holds(place, format_of(like).holds, like=str(like))
+    check_holds(place, format_in(like, arrays=arrays).holds, like=str(like))
 
 
 def check_plot(place: Path) -> None:

@@ -13,7 +13,7 @@ import click
 
 from retime.cli.clip_options import PATH, ClipOptions, parsed
 from retime.cli.help_sections import Option
-from retime.cli.in_place import Writing, keeps_curves
+from retime.cli.in_place import Writing
 from retime.cli.output_checks import check_format, check_outputs, check_plot
 from retime.errors import OptionError
 from retime.motion.grammar import WrittenTime, parse_number, read_time
@@ -190,14 +190,15 @@ class OutputOptions:
 
         Of clips that are searched together the search itself says whose clock begins elsewhere.
         """
+        from retime.formats.registry import stays_in_place
         from retime.motion.group_clock import hint_at_clocks, on_clock_of
 
         found = []
         for one in self.also:
-            if one.offset is not None and keeps_curves(one.clip, one.output):
+            if one.offset is not None and stays_in_place(one.clip, one.output, arrays=clip_options.array):
                 raise OptionError(
-                    f"{one.clip} has an offset, and {one.output} would keep its curves, which begin where they do; "
-                    "write another format"
+                    f"{one.clip} has an offset, and {one.output} would be that file retimed in place, which begins "
+                    "where it does; write another format"
                 )
             other = clip_options.read(one.clip, beside=True)
             if one.offset is not None:
@@ -218,8 +219,11 @@ class OutputOptions:
         places = [self.output, *(one.output for one in self.also), self.save, self.plot, self.explain]
         return [place for place in places if place is not None]
 
-    def check(self, clip: Path, inputs: Iterable[Path | None]) -> None:
-        """Refuse, before anything is read, what could not be written; `inputs` are read beside the clip."""
+    def check(self, clip: Path, inputs: Iterable[Path | None], arrays: tuple[str, ...] = ()) -> None:
+        """Refuse, before anything is read, what could not be written.
+
+        `inputs` are read beside the clip, `arrays` are those of an archive that are meant.
+        """
         if self.held > 1 and self.output is None and not self.also:
             raise OptionError("poses are held in the retimed clip: give -o OUT, or --also")
         read = [clip, *(path for path in inputs if path is not None), *(one.clip for one in self.also)]
@@ -227,9 +231,9 @@ class OutputOptions:
         outputs |= {f"--also {one.clip}": one.output for one in self.also}
         check_outputs(outputs, inputs=read, force=self.force)
         for one in self.also:
-            check_format(one.output, like=one.clip)
+            check_format(one.output, like=one.clip, arrays=arrays)
         if self.output is not None:
-            check_format(self.output, like=clip)
+            check_format(self.output, like=clip, arrays=arrays)
         if self.plot is not None:
             check_plot(self.plot)
 

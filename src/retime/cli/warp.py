@@ -106,7 +106,7 @@ class _Request:
             raise OptionError("--group moves like itself: it can't be combined with --reference")
         inputs = [self.clip_options.skeleton, *self._map_files(), *self.reference]
         for outputs in self.places:
-            outputs.check(self.clip, inputs)
+            outputs.check(self.clip, inputs, self.clip_options.array)
 
     @property
     def many(self) -> VariantOptions | None:

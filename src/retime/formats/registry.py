@@ -1,6 +1,7 @@
 """Which module reads and writes which file, and the one way in and out.
 
 A format is a small module with ``read(path, data, options)`` and ``write(motion, path, overwrite=...)``; see `FORMATS`.
+A file that holds more than a clip is retimed in place: `retime_file`.
 Modules are imported when a file of theirs is met.
 """
 
@@ -11,9 +12,10 @@ import importlib.util
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from io import BytesIO
 from os import PathLike
 from pathlib import Path
-from typing import Protocol, cast
+from typing import BinaryIO, Protocol, cast
 from urllib.parse import quote
 
 from retime.brief import kind_of
@@ -50,6 +52,13 @@ class Format:
     curves : bool
         Whether its animation is curves with keys, which are retimed in place (`retime_file`); its module then is in
         `retime.formats.curves`.
+    frames : bool
+        Whether its files hold more than a clip's frames, so that retiming gives them other frames in place and keeps
+        the rest (`retime_file`).
+    among : str
+        The name of a format whose ending it shares; its module then tells by what a file holds that it is one.
+    facts : bool
+        Whether its module has more to tell of a file than what is read (`facts_of`).
     package, extra : str
         A package that it needs beyond retime's own, and the extra that installs it.
     """
@@ -60,6 +69,9 @@ class Format:
     title: str
     writes: bool = True
     curves: bool = False
+    frames: bool = False
+    among: str = ""
+    facts: bool = False
     package: str = ""
     extra: str = ""
 
@@ -71,6 +83,7 @@ FORMATS = (
     # Tables of other programs are read by the same reader, which looks at what they hold, and are written as CSV.
     Format("csv_table", (".mot", ".sto", ".trc"), "signal", "tables of OpenSim", writes=False),
     Format("npy", (".npy", ".npz"), "signal", "arrays of NumPy"),
+    Format("c3d", (".c3d",), "signal", "C3D captures", frames=True, facts=True),
     Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True),
     Format("parquet", (".parquet",), "signal", "Parquet tables", package="pyarrow", extra="parquet"),
 )
@@ -103,17 +116,90 @@ class CurveModule(FormatModule, Protocol):
         """Put a key on every frame instead."""
 
 
+class FramesModule(FormatModule, Protocol):
+    """What the module of a format offers whose files are given other frames in place."""
+
+    def retime_frames(
+        self,
+        path: Path,
+        data: bytes,
+        warp: Warp,
+        options: ReadOptions,
+        *,
+        frames: tuple[int, int] | None,
+        average: bool,
+        held: int,
+    ) -> bytes:
+        """Make the file anew with the frames that a warp shows; see `retime_file`."""
+
+    def claims(self, file: BinaryIO) -> bool:
+        """Tell whether a file with the ending of the format that it is `among` is one of its own."""
+
+    def facts(self, path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:
+        """Say what a file holds beside the clip that is read."""
+
+
 def format_of(path: str | PathLike[str]) -> Format:
     """Find a file's format by its name's ending (that before .gz, if any); raise FormatError where none is known."""
     suffix = plain_path(path).suffix.lower()
     for known in FORMATS:
-        if suffix in known.suffixes:
+        if suffix in known.suffixes and not known.among:
             return known
     endings = ", ".join(suffix for known in FORMATS for suffix in known.suffixes)
     problem = f"no format ends in {suffix!r}" if suffix else "the name has no ending, which would say the format"
     raise FormatError(
         f"{problem}; known endings are {endings}; each may be followed by {' or '.join(COMPRESSED)}", path=path
     )
+
+
+def format_in(path: str | PathLike[str], *, arrays: Sequence[str] = ()) -> Format:
+    """Find a file's format by its name's ending, and, where several share that, by what the file holds.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; one that is not there, or is no file, is told by its name alone.
+    arrays : sequence of str
+        Arrays of it that were chosen: it is then no more than an archive of arrays.
+
+    Raises
+    ------
+    FormatError
+        No format is known by the ending, or a compressed file is damaged.
+    """
+    known, path = format_of(path), Path(path)
+    others = [one for one in FORMATS if one.among == known.name and plain_path(path).suffix.lower() in one.suffixes]
+    if not others or arrays or not path.is_file():
+        return known
+    with BytesIO(read_plain(path, Limits(), repair=True)) if is_compressed(path) else path.open("rb") as file:
+        return next((one for one in others if cast(FramesModule, _module(one)).claims(file)), known)
+
+
+def stays_in_place(
+    source: str | PathLike[str], place: str | PathLike[str], *, arrays: Sequence[str] = ()
+) -> Format | None:
+    """Return the format of a file that is retimed in place where it is written to a file of its kind; else None."""
+    known = format_in(source, arrays=arrays)
+    alike = plain_path(source).suffix.lower() == Path(place).suffix.lower()
+    if (known.frames and alike) or (known.curves and format_of(place) == known):
+        return known
+    return None
+
+
+def facts_of(path: str | PathLike[str], options: ReadOptions) -> dict[str, str]:
+    """Say what a file holds beside the clip that is read: its events, its other arrays; nothing for most formats.
+
+    Raises
+    ------
+    FormatError, OSError
+        As `read`.
+    """
+    path = Path(path)
+    known = format_in(path, arrays=() if format_of(path).facts else options.arrays)
+    if not known.facts:
+        return {}
+    data = read_plain(path, options.limits, repair=options.repair)
+    return cast(FramesModule, _module(known)).facts(path, data, options)
 
 
 def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:
@@ -237,7 +323,7 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: s
     FormatError, OSError, OptionError
         As of `read`.
     """
-    known = format_of(path)
+    known = format_in(path, arrays=options.arrays)
     try:
         clip = _module(known).read(path, read_plain(path, options.limits, repair=options.repair), options)
     except MemoryError:
@@ -295,50 +381,83 @@ def retime_file(
     bake: bool = False,
     average: bool = True,
     tolerance: float = 0.001,
+    frames: tuple[int, int] | None = None,
+    held: int = 1,
+    kinds: Mapping[str, KindLike] | None = None,
+    repair: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Give the animations of a scene (glTF, GLB) new timing in place: only their keys change.
+    """Give a file new timing in place: a scene (glTF, GLB) other keys, a capture (C3D, AMASS) other frames.
 
-    Each curve is cut at the warp's knots, and each piece is laid where the warp shows it: nothing is sampled, and keys
-    stay keys. Meshes, materials and whatever else the file holds stay as they are.
+    Of a scene each curve is cut at the warp's knots, and each piece is laid where the warp shows it: nothing is
+    sampled, and keys stay keys. Of a capture frames are resampled as `retime.apply_warp` does. Meshes, materials,
+    parameters and whatever else the file holds stay as they are.
 
     Parameters
     ----------
     path, place : path-like
         The file, and where the new one goes; both of one format.
     warps : Warp, or mapping of str to Warp
-        For all animations that are meant, or by name. Time 0 of the input is an animation's first key.
+        For all animations that are meant, or by name; a capture has one. Time 0 of the input is an animation's first
+        key, or the first frame.
     animation : str, optional
         Only the animation of this name.
     rate : str, float or Fraction, optional
-        Frames a second of baked keys; left out, that on which the file's own keys lie.
+        Of a scene, frames a second of baked keys; left out, that on which the file's own keys lie. Of a capture, its
+        rate in place of what it declares, which is written too.
     bake : bool
         Put a key on every frame in place of cutting; where the warp speeds up, frames are averaged (§3.4).
     average : bool
-        Average, where baked.
+        Average, where baked, and the frames of a capture.
     tolerance : float
-        Seconds: the warp is simplified within this error first (`Warp.simplify`), for each of its knots makes a key.
+        Seconds: of a scene the warp is simplified within this error first (`Warp.simplify`), for each of its knots
+        makes a key.
+    frames : (int, int), optional
+        Of a capture, the first frame and the last one that are meant, as the file numbers them.
+    held : int
+        Of a capture, for how many frames each pose is held.
+    kinds : mapping of str to ChannelKind or str, optional
+        Of a capture, what channels beside the poses hold (a switch among analog channels is a ``"label"``).
+    repair : bool
+        Keep what is whole of a damaged capture.
     overwrite : bool
         Replace a file that is there.
 
     Raises
     ------
     FormatError
-        The file is not what it claims to be, its format has no curves, or `place` is of another.
+        The file is not what it claims to be, its format is not retimed in place, or `place` is of another.
+    OptionError
+        Several warps for a capture.
     OutputExistsError
         A file is there, and `overwrite` is not set.
     """
     path, place = path_of(path, "retime_file(path, place, warps)"), path_of(place, "retime_file(path, place, warps)")
-    known = format_of(path)
-    if not known.curves:
-        raise FormatError(f"a {path.suffix.lower()} file has no curves to cut: read it, and use apply_warp", path=path)
-    refuse_compressed(place)
+    known = format_in(path)
     suffix = plain_path(path).suffix.lower()
+    if not (known.curves or known.frames):
+        raise FormatError(
+            f"a {suffix} file holds nothing but its frames, which retiming replaces: read it, and use apply_warp",
+            path=path,
+        )
+    refuse_compressed(place)
     if place.suffix.lower() != suffix:
         raise FormatError(f"retimed in place, a {suffix} file stays one; found {place.name}", path=place)
-    options = ReadOptions(rate=None if rate is None else parse_rate(rate), animation=animation)
+    options = ReadOptions(
+        rate=None if rate is None else parse_rate(rate),
+        animation=animation,
+        channels={name: as_kind(kind) for name, kind in (kinds or {}).items()},
+        repair=repair,
+    )
+    data = read_plain(path, options.limits, repair=repair)
+    if known.frames:
+        if not isinstance(warps, Warp):
+            raise OptionError(f"{path} is one capture, and gets one warp; found {len(warps)} by name")
+        by_frames = cast(FramesModule, _module(known))
+        new = by_frames.retime_frames(path, data, warps, options, frames=frames, average=average, held=held)
+        write_bytes(place, new, overwrite=overwrite)
+        return
     module = cast(CurveModule, _module(known))
-    data = read_plain(path, options.limits)
     if bake:
         files = module.bake(path, data, warps, options, average=average)
     elif isinstance(warps, Warp):

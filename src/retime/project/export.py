@@ -7,8 +7,9 @@ from pathlib import Path
 
 from retime.errors import FormatError, OptionError
 from retime.files import resolved
-from retime.formats.registry import animation_names, format_of, retime_file, write
+from retime.formats.registry import animation_names, retime_file, stays_in_place, write
 from retime.formats.warp_file import write_warp
+from retime.motion.channels import parse_channels
 from retime.motion.signal import Signal
 from retime.project.document import Document
 from retime.project.file import files_of
@@ -43,8 +44,22 @@ def export_motion(solution: Solution, clip: int, place: Path, *, overwrite: bool
     motion = solution.sources.clips[clip]
     average = solution.document.average
     source = Path(solution.document.clips[clip].path)
-    if format_of(place).curves and format_of(source) == format_of(place):
-        # As `retime warp` does: the curves are cut, and what the page left out at the start stays out.
+    # What the page left out at the start stays out.
+    known = stays_in_place(source, place)
+    if known is not None and known.frames:
+        retime_file(
+            source,
+            place,
+            solution.warp,
+            rate=solution.document.clips[clip].fps,
+            average=average,
+            frames=(motion.first_frame, motion.first_frame + motion.n_frames - 1),
+            kinds=parse_channels(solution.document.clips[clip].channels or ""),
+            overwrite=overwrite,
+        )
+        return
+    if known is not None:
+        # As `retime warp` does: the curves are cut.
         offset = motion.first_frame / float(motion.rate)
         warp = replace(solution.warp, input_times=solution.warp.input_times + offset, keytimes=())
         name = animation_names(source)[0]

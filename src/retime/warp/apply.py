@@ -182,6 +182,15 @@ def resampled(
     )
 
 
+def shown_at(signal: Signal, warp: Warp, output_times: FloatArray, *, average: bool) -> FloatArray:
+    """Show a signal at evenly spaced output times that are not its own frames'; values, shape (n, n_channels)."""
+    _refuse_too_large(signal, warp)
+    input_times = warp(output_times)
+    values = signal.at(input_times).values
+    windows = windows_of(signal, warp, output_times, input_times, loop=False) if average else None
+    return values if windows is None or not windows.any_open else average_channels(values, signal, windows)
+
+
 def _refuse_too_large(motion: AnyMotion, warp: Warp) -> None:
     """Refuse an output that no reader would take again, before anything is allocated for it."""
     frames = warp.count_frames(motion.rate)

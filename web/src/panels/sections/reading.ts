@@ -108,7 +108,7 @@ export function readingFields(
       const isAmc = /\.amc(\.gz|\.bz2)?$/iu.test(path ?? "");
       skeletonRow.hidden = !isAmc && asf === null;
       setText(skeleton, asf === null ? "Found beside it" : fileName(asf));
-      const isTable = /\.(csv|tsv|npy|npz|parquet|mot|sto|trc)(\.gz|\.bz2)?$/iu.test(path ?? "");
+      const isTable = /\.(csv|tsv|npy|npz|parquet|mot|sto|trc|c3d)(\.gz|\.bz2)?$/iu.test(path ?? "");
       channels.row.hidden = !isTable && kinds === null;
       channels.show(kinds ?? "");
       gaps.row.hidden = !isTable && holes === null;
