@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from retime.errors import OptionError
 from retime.warp.curve import Warp
-from retime.warp.cutting import CurveSegments, SegmentKind, cut_curve
+from retime.warp.cutting import CurveBatch, CurveSegments, SegmentKind, cut_curve, cut_curves
 from tests.reference import segments as literal
 from tests.warp.drawn import drawn_warp
 
@@ -169,3 +169,36 @@ def test_a_handle_outside_its_segment_is_refused() -> None:
     curve.times[1, 2] = 2.5
     with pytest.raises(OptionError, match="curve segment 1 are out of order"):
         cut_curve(curve, Warp([0.0, 1.0], [0.0, 1.0]))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 6), st.booleans())
+def test_many_curves_are_cut_as_each_alone(seed: int, n_curves: int, forward: bool) -> None:
+    rng = np.random.default_rng(seed)
+    kinds = [SegmentKind.STEP, SegmentKind.LINEAR, SegmentKind.CUBIC]
+    curves = []
+    for _ in range(n_curves):
+        curve = drawn_curve(rng, int(rng.integers(1, 7)), kinds)
+        # Of one channel each, as a batch has one width.
+        curves.append(
+            CurveSegments(curve.times, curve.values[:, :, :1], curve.kinds, curve.end_time, curve.end_value[:1])
+        )
+    batch = CurveBatch(
+        np.concatenate([np.zeros((0, 4)), *(one.times for one in curves)]),
+        np.concatenate([np.zeros((0, 4, 1)), *(one.values for one in curves)]),
+        np.concatenate([np.zeros(0, dtype=np.int64), *(one.kinds for one in curves)]),
+        np.array([len(one) for one in curves], dtype=np.int64),
+        np.array([one.end_time for one in curves]),
+        np.array([one.end_value for one in curves]).reshape(-1, 1),
+    )
+    warp = drawn_warp(rng, int(rng.integers(2, 8)), forward=forward)
+    cut, source = cut_curves(batch, warp)
+    assert len(cut) == n_curves
+    for index, curve in enumerate(curves):
+        alone, its_source = cut_curve(curve, warp)
+        found = cut.curve(index)
+        for name in ("times", "values", "kinds", "end_time", "end_value"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+        np.testing.assert_array_equal(source[cut.starts[index] : cut.starts[index + 1]], its_source)
+        shown = float(warp(warp.output_end))
+        assert found(np.array([warp.output_end]))[0, 0] == pytest.approx(curve(np.array([shown]))[0, 0], abs=1e-9)

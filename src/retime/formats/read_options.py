@@ -43,6 +43,8 @@ class Limits:
         may be; up to 1 MiB is taken in any case.
     inflated_bytes : int
         Bytes of all inflated zip members, and of what a compressed file holds.
+    records : int
+        Records of an FBX file, each of which takes far more memory than its bytes.
     """
 
     file_bytes: int = MOST_BYTES
@@ -56,6 +58,7 @@ class Limits:
     name_bytes: int = 1024
     zip_ratio: int = 200
     inflated_bytes: int = 2 << 30
+    records: int = 4_000_000
 
 
 @dataclass(frozen=True)

@@ -117,6 +117,46 @@ class CurveSegments:
         return out
 
 
+@dataclass(frozen=True, eq=False)
+class CurveBatch:
+    """Curves one after the other: what many short ones are cut as, for NumPy's sake.
+
+    Attributes
+    ----------
+    times, values, kinds : arrays
+        The segments of all curves, as `CurveSegments` has those of one.
+    counts : int array, shape (n_curves,)
+        How many segments each has.
+    end_times : float array, shape (n_curves,)
+    end_values : float array, shape (n_curves, k)
+    """
+
+    times: FloatArray
+    values: FloatArray
+    kinds: IntArray
+    counts: IntArray
+    end_times: FloatArray
+    end_values: FloatArray
+
+    __repr__ = brief_repr
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    @property
+    def starts(self) -> IntArray:
+        """Where each curve's segments begin, and at the end their number, shape (n_curves + 1,)."""
+        return np.concatenate([[0], np.cumsum(self.counts)]).astype(np.int64)
+
+    def curve(self, index: int) -> CurveSegments:
+        """Return one of the curves."""
+        stop = int(self.counts[: index + 1].sum())
+        part = slice(stop - int(self.counts[index]), stop)
+        return CurveSegments(
+            self.times[part], self.values[part], self.kinds[part], float(self.end_times[index]), self.end_values[index]
+        )
+
+
 def cut_curve(curve: CurveSegments, warp: WarpLike) -> tuple[CurveSegments, IntArray]:
     """Retime an animation curve: cut it at the knots of a warp and lay the pieces where the warp shows them.
 
@@ -143,76 +183,159 @@ def cut_curve(curve: CurveSegments, warp: WarpLike) -> tuple[CurveSegments, IntA
     OptionError
         The curve's times are out of order.
     """
-    _check(curve)
-    warp = as_warp(warp, "cut_curve(curve, warp)")
-    start, end_value = float(warp.input_times[0]), curve(warp.input_times[-1:])[0]
-    if not len(curve):
-        return _one_key(curve, warp.output_start, end_value)
-    whole = _with_holds(curve, float(warp.input_times.min()), float(warp.input_times.max()))
-    piece, segment = _overlaps(whole, warp)
+    alone = CurveBatch(
+        curve.times,
+        curve.values,
+        curve.kinds,
+        np.array([len(curve)]),
+        np.array([curve.end_time]),
+        np.asarray(curve.end_value)[None],
+    )
+    batch, source = cut_curves(alone, as_warp(warp, "cut_curve(curve, warp)"))
+    return batch.curve(0), source
+
+
+def cut_curves(curves: CurveBatch, warp: WarpLike) -> tuple[CurveBatch, IntArray]:
+    """Retime many curves at once, each as `cut_curve` would.
+
+    Parameters
+    ----------
+    curves : CurveBatch
+        In input time.
+    warp : Warp or GuidedWarp
+        The timing of all of them.
+
+    Returns
+    -------
+    batch : CurveBatch
+        In output time.
+    source : int array, shape (n,)
+        For each new segment, the old one among its own curve's, as `cut_curve` counts them.
+
+    Raises
+    ------
+    OptionError
+        A curve's times are out of order.
+    """
+    warp = as_warp(warp, "cut_curves(curves, warp)")
+    n_curves = len(curves)
+    owners = np.repeat(np.arange(n_curves), curves.counts)
+    _check(curves, owners)
+    whole, first_whole = _with_holds(curves, owners, float(warp.input_times.min()), float(warp.input_times.max()))
+    piece, segment, owner, ends_shown = _overlaps(whole, first_whole, warp)
+    start_values, end_values = _values_shown(curves, whole, ends_shown, warp)
+
     times, values, segment = _laid(whole, warp, piece, segment)
     long = times[:, 3] - times[:, 0] > _SHORTEST
     times, values, segment = times[long], values[long], segment[long]
-    source = segment - 1
+    owner = np.searchsorted(first_whole, segment, side="right") - 1
+    source = segment - first_whole[owner] - 1
     # What only holds before the first key or after the last needs no key of its own.
-    real = np.flatnonzero((source >= 0) & (source < len(curve)))
-    if not len(real):
-        return _one_key(curve, warp.output_start, curve(np.array([start]))[0])
-    if real[-1] + 1 < len(source):
-        end_value = whole.values[segment[real[-1] + 1], 0]
+    real = np.flatnonzero((source >= 0) & (source < curves.counts[owner]))
+    row = np.searchsorted(owner, np.arange(n_curves + 1))
+    shown = np.bincount(owner[real], minlength=n_curves) > 0
+    first = np.zeros(n_curves, dtype=np.int64)
+    last = np.full(n_curves, -1)
+    kept = np.flatnonzero(shown)
+    first[kept] = real[np.searchsorted(owner[real], kept, side="left")]
+    last[kept] = real[np.searchsorted(owner[real], kept, side="right") - 1]
+    followed = np.flatnonzero(shown & (last + 1 < row[1:]))
+    end_values[followed] = whole.values[segment[last[followed] + 1], 0]
+    end_values[~shown] = start_values[~shown]
     # Played backward, a curve that ends in a step jumps where its last key was: that hold must be kept.
-    first = int(real[0])
-    if first and (values[first - 1, 3] != values[first, 0]).any():
-        first = 0
-    used = slice(first, real[-1] + 1)
-    times, values, source = times[used], values[used], source[used]
+    preceded = np.flatnonzero(shown & (first > row[:-1]))
+    jumping = preceded[(values[first[preceded] - 1, 3] != values[first[preceded], 0]).any(axis=1)]
+    first[jumping] = row[:-1][jumping]
+    places = np.arange(len(owner))
+    used = np.flatnonzero((first[owner] <= places) & (places <= last[owner]))
+    end_times = np.full(n_curves, warp.output_start)
+    end_times[shown] = times[last[shown], 3]
+    times, values, owner = times[used], values[used], owner[used]
     # Where a short piece was left out, its neighbours meet.
-    times[1:, 0] = times[:-1, 3]
-    return CurveSegments(times, values, whole.kinds[source + 1], float(times[-1, 3]), end_value), source
+    meet = np.flatnonzero(owner[1:] == owner[:-1])
+    times[meet + 1, 0] = times[meet, 3]
+    counts = np.bincount(owner, minlength=n_curves)
+    kinds = whole.kinds[segment[used]]
+    return CurveBatch(times, values, kinds, counts, end_times, end_values), source[used]
 
 
-def _one_key(curve: CurveSegments, time: float, value: FloatArray) -> tuple[CurveSegments, IntArray]:
-    none = np.zeros(0, dtype=np.int64)
-    return CurveSegments(np.zeros((0, 4)), curve.values[:0], none, time, value), none
-
-
-def _check(curve: CurveSegments) -> None:
-    order = np.diff(curve.times, axis=1) if len(curve) else np.zeros((0, 3))
-    wrong = (curve.times[:, [0]] > curve.times).any(axis=1) | (curve.times[:, [3]] < curve.times).any(axis=1)
-    wrong |= curve.times[:, 0] >= curve.times[:, 3]
-    wrong[1:] |= curve.times[1:, 0] != curve.times[:-1, 3]
-    if wrong.any() or not np.isfinite(order).all():
+def _check(curves: CurveBatch, owners: IntArray) -> None:
+    times = curves.times
+    wrong = (times[:, [0]] > times).any(axis=1) | (times[:, [3]] < times).any(axis=1)
+    wrong |= times[:, 0] >= times[:, 3]
+    wrong[1:] |= (times[1:, 0] != times[:-1, 3]) & (owners[1:] == owners[:-1])
+    if wrong.any() or not np.isfinite(times).all():
         segment = int(np.flatnonzero(wrong)[0]) if wrong.any() else 0
-        raise OptionError(f"the times of curve segment {segment} are out of order: {curve.times[segment].tolist()}")
+        raise OptionError(f"the times of curve segment {segment} are out of order: {times[segment].tolist()}")
 
 
-def _with_holds(curve: CurveSegments, low: float, high: float) -> CurveSegments:
-    """Add what the curve holds before its first key and after its last, as two segments that reach `low` and `high`."""
-    first, last = float(curve.times[0, 0]), curve.end_time
-    ends = [(min(low, first) - 1.0, first), (last, max(high, last) + 1.0)]
-    before, after = (np.linspace(a, b, 4) for a, b in ends)
-    held = [np.broadcast_to(value, (1, 4, len(value))) for value in (curve.values[0, 0], curve.end_value)]
-    return CurveSegments(
-        np.concatenate([before[None], curve.times, after[None]]),
-        np.concatenate([held[0], curve.values, held[1]]),
-        np.concatenate([[SegmentKind.STEP], curve.kinds, [SegmentKind.STEP]]),
-        float(after[3]),
-        curve.end_value,
-    )
+def _with_holds(curves: CurveBatch, owners: IntArray, low: float, high: float) -> tuple[CurveSegments, IntArray]:
+    """Add what curves hold before their first keys and after their last, as two segments that reach `low` and `high`.
+
+    Returns all segments, and where those of each curve begin (one more than curves). A curve of one key has none.
+    """
+    full = np.flatnonzero(curves.counts)
+    sizes = np.where(curves.counts > 0, curves.counts + 2, 0)
+    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    starts = curves.starts
+    times = np.empty((first[-1], 4))
+    values = np.empty((first[-1], 4, curves.end_values.shape[1]))
+    kinds = np.full(first[-1], SegmentKind.STEP, dtype=np.int64)
+    inner = np.arange(len(owners)) - starts[owners] + first[owners] + 1
+    times[inner], values[inner], kinds[inner] = curves.times, curves.values, curves.kinds
+    begin, end = curves.times[starts[full], 0], curves.end_times[full]
+    before, after = first[full], first[full + 1] - 1
+    times[before] = np.linspace(np.minimum(low, begin) - 1.0, begin, 4, axis=1)
+    times[after] = np.linspace(end, np.maximum(high, end) + 1.0, 4, axis=1)
+    values[before] = curves.values[starts[full], :1]
+    values[after] = curves.end_values[full][:, None]
+    return CurveSegments(times, values, kinds, np.inf, curves.end_values[:1]), first
 
 
-def _overlaps(whole: CurveSegments, warp: Warp) -> tuple[IntArray, IntArray]:
-    """Pair each piece of the warp with the segments that it passes, in the order in which it passes them."""
-    starts = whole.times[:, 0]
+def _overlaps(whole: CurveSegments, first_whole: IntArray, warp: Warp) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Pair each piece of the warp with the segments that it passes, in the order in which it passes them.
+
+    Returns the piece, the segment and the curve of each pair; and the segments that the warp shows at its start and at
+    its end, shape (n_curves, 2), for curves that have any.
+    """
+    n_curves = len(first_whole) - 1
     begin, stop = warp.input_times[:-1], warp.input_times[1:]
     low, high = np.minimum(begin, stop), np.maximum(begin, stop)
-    first = np.searchsorted(starts, low, side="right") - 1
-    last = np.maximum(np.searchsorted(starts, high, side="left") - 1, first)
-    counts = last - first + 1
-    piece = np.repeat(np.arange(len(counts)), counts)
-    step = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+    ends = warp.input_times[[0, -1]]
+    first = np.zeros((n_curves, len(low)), dtype=np.int64)
+    last = np.full((n_curves, len(low)), -1)
+    ends_shown = np.zeros((n_curves, 2), dtype=np.int64)
+    all_starts = whole.times[:, 0]
+    for curve in np.flatnonzero(np.diff(first_whole)).tolist():
+        place = first_whole[curve]
+        starts = all_starts[place : first_whole[curve + 1]]
+        first[curve] = starts.searchsorted(low, side="right") + (place - 1)
+        last[curve] = starts.searchsorted(high, side="left") + (place - 1)
+        ends_shown[curve] = starts.searchsorted(ends, side="right") + (place - 1)
+    shown = (last >= 0).any(axis=1)
+    last = np.where(shown[:, None], np.maximum(first, last), last)
+    counts = np.where(shown[:, None], last - first + 1, 0).ravel()
+    pair = np.repeat(np.arange(len(counts)), counts)
+    step = np.arange(len(pair)) - np.repeat(np.cumsum(counts) - counts, counts)
+    owner, piece = np.divmod(pair, len(low))
     backward = (stop < begin)[piece]
-    return piece, np.where(backward, last[piece] - step, first[piece] + step)
+    segment = np.where(backward, last.ravel()[pair] - step, first.ravel()[pair] + step)
+    return piece, segment, owner, ends_shown
+
+
+def _values_shown(
+    curves: CurveBatch, whole: CurveSegments, ends_shown: IntArray, warp: Warp
+) -> tuple[FloatArray, FloatArray]:
+    """Evaluate all curves at the warp's first input time and at its last, shape (n_curves, k) each."""
+    found = []
+    full = np.flatnonzero(curves.counts)
+    for end, time in enumerate(warp.input_times[[0, -1]]):
+        values = curves.end_values.copy()
+        segment = ends_shown[full, end]
+        share = _shares(whole, segment, np.full(len(full), time))
+        values[full] = _points(whole.values[segment], share, whole.kinds[segment])
+        found.append(values)
+    return found[0], found[1]
 
 
 def _laid(
