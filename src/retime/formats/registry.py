@@ -85,6 +85,7 @@ FORMATS = (
     Format("npy", (".npy", ".npz"), "signal", "arrays of NumPy"),
     Format("c3d", (".c3d",), "signal", "C3D captures", frames=True, facts=True),
     Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True),
+    Format("fbx", (".fbx",), "motion", "FBX 7 scenes", curves=True),
     Format("parquet", (".parquet",), "signal", "Parquet tables", package="pyarrow", extra="parquet"),
 )
 

@@ -312,7 +312,7 @@ def _overlaps(whole: CurveSegments, first_whole: IntArray, warp: Warp) -> tuple[
         first[curve] = starts.searchsorted(low, side="right") + (place - 1)
         last[curve] = starts.searchsorted(high, side="left") + (place - 1)
         ends_shown[curve] = starts.searchsorted(ends, side="right") + (place - 1)
-    shown = (last >= 0).any(axis=1)
+    shown = last[:, 0] >= 0
     last = np.where(shown[:, None], np.maximum(first, last), last)
     counts = np.where(shown[:, None], last - first + 1, 0).ravel()
     pair = np.repeat(np.arange(len(counts)), counts)

@@ -17,7 +17,7 @@ from retime.formats.read_options import Limits
 MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
 _START = len(MAGIC) + 4
 _PLAIN = {"Y": "<h", "C": "<B", "B": "<B", "I": "<i", "L": "<q", "F": "<f", "D": "<d"}
-_LAST = bytes.fromhex("f85a8c6adef5d97eece90ce3758f290b")
+LAST = bytes.fromhex("f85a8c6adef5d97eece90ce3758f290b")
 # Behind the last record: sixteen bytes that stand for the time of creation, zeros up to a multiple of 16, the version,
 # 120 zeros, and the mark above.
 _FOOT_ID, _FOOT_END = 16, 4 + 120 + 16
@@ -39,6 +39,7 @@ class BinaryFbx(FbxFile):
         self.records, self.foot = self._read_records()
 
     def error(self, problem: str, record: Record | None = None) -> FormatError:
+        """Make an error about this file, at a record."""
         return FormatError(problem, path=self.path, byte=None if record is None else record.start)
 
     def _read_records(self) -> tuple[list[Record], int]:
@@ -88,6 +89,7 @@ class BinaryFbx(FbxFile):
                 ends.append(end)
 
     def spans(self, record: Record) -> list[tuple[int, int]]:
+        """Return where each of a record's values begins and ends."""
         place, stop = record.values_start, record.values_end
         # Each takes two bytes at least.
         if record.n_values > (stop - place) // 2:
@@ -114,6 +116,7 @@ class BinaryFbx(FbxFile):
         raise self.error(f"{record.name} holds a value of an unknown type {letter!r}", record)
 
     def value(self, record: Record, span: tuple[int, int]) -> Value:
+        """Decode the value at a place."""
         place, end = span
         letter = chr(self.data[place])
         if letter in _PLAIN:
@@ -124,6 +127,7 @@ class BinaryFbx(FbxFile):
         return Value(letter, content if letter == "R" else content.decode("utf-8", "replace"))
 
     def array_at(self, record: Record, span: tuple[int, int], kinds: str) -> NDArray[Any]:
+        """Decode the array at a place."""
         letter = chr(self.data[span[0]])
         if letter not in kinds:
             raise self.error(f"{record.name} must be an array of type {' or '.join(kinds)}, found {letter!r}", record)
@@ -187,7 +191,7 @@ class BinaryFbx(FbxFile):
     def _new_foot(self, place: int) -> bytes:
         foot = self.data[self.foot :]
         zeros = len(foot) - _FOOT_ID - _FOOT_END
-        known = 0 < zeros <= 32 and foot.endswith(_LAST) and not any(foot[_FOOT_ID : _FOOT_ID + zeros])
+        known = 0 < zeros <= 32 and foot.endswith(LAST) and not any(foot[_FOOT_ID : _FOOT_ID + zeros])
         if not known or place == self.foot:
             return foot
         # Programs differ in what they align, so the version keeps its place within 16 bytes; five zeros are the least.

@@ -46,6 +46,7 @@ class TextFbx(FbxFile):
         self.records = self._read_records()
 
     def error(self, problem: str, record: Record | None = None) -> FormatError:
+        """Make an error about this file, at a record."""
         return FormatError(problem, path=self.path, line=None if record is None else self._line(record.start))
 
     def _line(self, place: int) -> int:
@@ -111,12 +112,14 @@ class TextFbx(FbxFile):
         return values.end() if values else place
 
     def spans(self, record: Record) -> list[tuple[int, int]]:
+        """Return where each of a record's values begins and ends."""
         start, end = record.values_start, record.values_end
         if self.data[start : start + 1] == b"*":
             return [(start, end)]
         return [match.span() for match in _VALUE.finditer(self.data, start, end) if match[0] != b","]
 
     def value(self, record: Record, span: tuple[int, int]) -> Value:
+        """Decode the value at a place."""
         token = self.data[span[0] : span[1]]
         if token.startswith(b"*"):
             return Value("d", self.array_at(record, span, "d"))
@@ -129,6 +132,7 @@ class TextFbx(FbxFile):
         return Value("C", token.decode("latin-1"))
 
     def array_at(self, record: Record, span: tuple[int, int], kinds: str) -> NDArray[Any]:
+        """Decode the array at a place."""
         head = _ARRAY.match(self.data, span[0])
         if head is None:
             raise self.error(f"{record.name} must be an array", record)
@@ -144,7 +148,7 @@ class TextFbx(FbxFile):
             if rows is None:
                 raise self.error(f"{record.name} holds what is no number", record)
             with np.errstate(over="ignore"):
-                return rows[0].astype(kind)
+                return np.asarray(rows[0].astype(kind))
         parts = body.split(b",")
         if not _WHOLES.fullmatch(body) or not all(_WHOLE.fullmatch(one.strip()) for one in parts):
             raise self.error(f"{record.name} holds what is no whole number", record)

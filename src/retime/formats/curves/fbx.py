@@ -1,0 +1,104 @@
+"""FBX 7, binary and in text: read as a motion, retimed in place, or baked."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+
+from retime.errors import FormatError, FormatWarning
+from retime.files import write_bytes
+from retime.formats.curves.fbx_bake import baked_keys
+from retime.formats.curves.fbx_motion import sample_stack
+from retime.formats.curves.fbx_retime import cut_keys, retimed, warps_of
+from retime.formats.curves.fbx_scene import chosen_stacks, parse_fbx
+from retime.formats.curves.fbx_span import read_stack
+from retime.formats.curves.fbx_write import fbx_of
+from retime.formats.read_options import ReadOptions
+from retime.motion.any_motion import AnyMotion
+from retime.motion.motion import Motion
+from retime.warp.curve import Warp
+
+
+def animation_names(path: Path, data: bytes, options: ReadOptions) -> list[str]:
+    """Return the names of the stacks that are meant, in the file's order; raise FormatError where there is none."""
+    return [stack.name for stack in chosen_stacks(parse_fbx(path, data, options.limits), options.animation)]
+
+
+def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
+    """Sample a stack, from where it begins to where it ends: nodes that it moves, limbs, and those above are joints.
+
+    A stack that moves no node (shapes, a camera's lens) gives a signal.
+
+    Warns
+    -----
+    FormatWarning
+        There are several animations, and none was chosen: the first is read. Or programs differ in what they make of
+        the file.
+    """
+    scene = parse_fbx(path, data, options.limits)
+    stacks = chosen_stacks(scene, options.animation)
+    if len(stacks) > 1:
+        names = ", ".join(stack.name for stack in stacks)
+        warnings.warn(
+            f"{path}: {len(stacks)} animations ({names}); {stacks[0].name} is read, --animation chooses another",
+            FormatWarning,
+            stacklevel=2,
+        )
+    return sample_stack(scene, read_stack(scene, stacks[0]), options.rate, options.limits).clip
+
+
+def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
+    """Write a motion as a new binary FBX: a plain skeleton with one animation; raise FormatError for a signal."""
+    if not isinstance(motion, Motion):
+        raise FormatError("an FBX scene holds a skeleton that moves, not a signal", path=path)
+    write_bytes(path, fbx_of(motion), overwrite=overwrite)
+
+
+def retime(path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:
+    """Give animations new timing by cutting their curves; nothing is sampled.
+
+    Parameters
+    ----------
+    path : Path
+        The file that `data` was read from.
+    data : bytes
+        Its contents.
+    warps : Warp, or mapping of str to Warp
+        For all animations that are meant, or by their names; time 0 of its input is where the animation's stack begins,
+        or its first key, if that is earlier.
+    options : ReadOptions
+        As it was read.
+
+    Returns
+    -------
+    dict of str to bytes
+        "" is the scene.
+
+    Warns
+    -----
+    FormatWarning
+        Curves that were repeated beyond their keys hold there now.
+    """
+    scene = parse_fbx(path, data, options.limits)
+    done = []
+    for stack, warp in warps_of(chosen_stacks(scene, options.animation), warps):
+        curves = read_stack(scene, stack)
+        keys, written = cut_keys(scene, curves, warp)
+        done.append((curves, warp, keys, written))
+    return {"": retimed(scene, done)}
+
+
+def bake(
+    path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions, *, average: bool
+) -> dict[str, bytes]:
+    """Give animations new timing by a key on every frame, as `retime` does; sped up, frames are averaged (§3.4)."""
+    scene = parse_fbx(path, data, options.limits)
+    done = []
+    for stack, warp in warps_of(chosen_stacks(scene, options.animation), warps):
+        curves = read_stack(scene, stack)
+        sampled = sample_stack(scene, curves, options.rate, options.limits)
+        keys = baked_keys(scene, curves, sampled, warp, average=average)
+        repeated = [i for i, one in enumerate(curves.records) if one.pre.mode != "C" or one.post.mode != "C"]
+        done.append((curves, warp, keys, repeated))
+    return {"": retimed(scene, done)}
