@@ -9,8 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 from retime.cli.main import main
+from retime.data import SAMPLE
+from retime.formats import read
 from retime.formats.curves import gltf
 from retime.formats.read_options import ReadOptions
+from retime.motion.motion import Motion
 from tests.formats.curves.scenes import Scene, sliding_scene
 from tests.reference.gltf import Scene as Literal
 
@@ -73,3 +76,25 @@ def test_more_tolerance_makes_fewer_keys_and_baking_one_on_every_frame(tmp_path:
         n_keys[name] = len(literal.accessor(literal.json["animations"][0]["samplers"][0]["input"]))
     assert 60 <= n_keys["coarse"] < n_keys["fine"]
     assert n_keys["baked"] == 90
+
+
+def test_an_fbx_scene_makes_the_whole_trip(tmp_path: Path) -> None:
+    def run(*args: str) -> str:
+        found = CliRunner().invoke(main, [args[0], *map(str, args[1:])])
+        assert found.exit_code == 0, found.output
+        return found.output
+
+    walk, short, baked = (str(tmp_path / name) for name in ("walk.fbx", "short.fbx", "baked.fbx"))
+    run("convert", str(SAMPLE), walk)
+    assert "a motion (fbx)" in run("info", walk)
+    run("warp", walk, "--method", "linear", "--length", "50%", "-o", short, "--save", str(tmp_path / "w.json"))
+    assert "its curves baked" in run("apply", str(tmp_path / "w.json"), walk, "--bake", "-o", baked)
+    before, after, sampled = (read(path) for path in (SAMPLE, short, baked))
+    assert isinstance(before, Motion)
+    for clip in (after, sampled):
+        assert isinstance(clip, Motion)
+        assert clip.n_frames == pytest.approx(before.n_frames / 2, abs=1)
+        assert clip.skeleton.names[0] == before.skeleton.names[0]
+    assert isinstance(after, Motion)
+    there = before.at(np.arange(after.n_frames) / 60 * before.end_time / after.end_time)
+    np.testing.assert_allclose(after.local_translations[:, 0], there.local_translations[:, 0], atol=1e-3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import math
 import re
 import struct
 import zlib
@@ -107,7 +108,8 @@ class Scene:
                     values, inner = [numbers], []
                 else:
                     values = [
-                        x[1:-1].encode() if x.startswith('"') else int(x) if re.fullmatch(r"-?\d+", x) else x for x in values
+                        x[1:-1].encode() if x.startswith('"') else int(x) if re.fullmatch(r"-?\d+", x) else x
+                        for x in values
                     ]
                 records.append((name, values, inner))
             return records
@@ -193,7 +195,8 @@ class Curve:
             if not flags & 0x2000:
                 share = first / (first + second)
                 slope = slope / 2 + (before * (1 - share) + after * share) / 2
-                slope += ((after if bias > 0 else before) - slope) * abs(bias) / 100
+                if abs(bias) > 0.01:
+                    slope += ((after if bias > 0 else before) - slope) * abs(bias) / 100
             if flags & 0x4000:
                 for rise, room in ((low, first * left_weight[key]), (high, second * right_weight[key])):
                     most = max(rise * (1 if slope >= 0 else -1) / room, 0.0) if room else 0.0
@@ -259,3 +262,62 @@ def _extrapolation(records):
     found = {name: values[0] for name, values, _ in records}
     mode = found["Type"]
     return chr(mode) if isinstance(mode, int) else mode, int(found.get("Repetition", -1))
+
+
+# Nodes: matrices of three rows and columns as lists, by the formula of FBX's documentation.
+
+
+def turn(axis: int, degrees: float):
+    """A turn about an axis."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    a, b = [(1, 2), (2, 0), (0, 1)][axis]
+    m = [[float(i == j) for j in range(3)] for i in range(3)]
+    m[a][a], m[a][b], m[b][a], m[b][b] = c, -s, s, c
+    return m
+
+
+def times(a, b):
+    """A product of matrices."""
+    return [[sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+
+
+def apply(m, v):
+    """A matrix times a vector."""
+    return [sum(m[i][k] * v[k] for k in range(3)) for i in range(3)]
+
+
+def euler(degrees, order: str = "XYZ"):
+    """A turn about each axis, the first of the order first."""
+    m = [[float(i == j) for j in range(3)] for i in range(3)]
+    for axis in order:
+        m = times(turn("XYZ".index(axis), degrees["XYZ".index(axis)]), m)
+    return m
+
+
+def part_of(m, share: float):
+    """A share of a turn, about its own axis."""
+    angle = math.acos(max(-1.0, min(1.0, (m[0][0] + m[1][1] + m[2][2] - 1) / 2)))
+    if angle < 1e-12:
+        return m
+    axis = [(m[2][1] - m[1][2]), (m[0][2] - m[2][0]), (m[1][0] - m[0][1])]
+    length = math.sqrt(sum(x * x for x in axis))
+    x, y, z = (one / length for one in axis)
+    k = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+    kk = times(k, k)
+    s, c = math.sin(share * angle), 1 - math.cos(share * angle)
+    return [[float(i == j) + s * k[i][j] + c * kk[i][j] for j in range(3)] for i in range(3)]
+
+
+def node_pose(turned, props: dict):
+    """A node's turn and the place of its origin, from its own turn and its properties."""
+    post = euler(props.get("PostRotation", [0.0] * 3))
+    whole = times(
+        times(euler(props.get("PreRotation", [0.0] * 3)), turned), [list(row) for row in zip(*post, strict=True)]
+    )
+    v = [0.0, 0.0, 0.0]
+    pivot, scaling_pivot = props.get("RotationPivot", [0.0] * 3), props.get("ScalingPivot", [0.0] * 3)
+    v = [s * (x - p) + p for x, s, p in zip(v, props["Lcl Scaling"], scaling_pivot, strict=True)]
+    v = [x + o - p for x, o, p in zip(v, props.get("ScalingOffset", [0.0] * 3), pivot, strict=True)]
+    v = apply(whole, v)
+    offset = props.get("RotationOffset", [0.0] * 3)
+    return whole, [x + p + o + t for x, p, o, t in zip(v, pivot, offset, props["Lcl Translation"], strict=True)]

@@ -115,7 +115,8 @@ def command(
         if quiet:
             continue
         if result is None or motion is None:
-            what = "its frames resampled" if in_place is not None and in_place.frames else "its curves cut"
+            cut = f"its curves {'baked' if bake else 'cut'}"
+            what = "its frames resampled" if in_place is not None and in_place.frames else cut
             say(f"{place}: {what}, {timing.output_span:.3f} s from {clip}")
         else:
             say(

@@ -280,7 +280,7 @@ _OPTIONS = (
         section="Input",
         metavar="NAME",
         default_text="all; to look at, the first",
-        help="Which animation of a scene (.glb, .gltf), by its name or its number, counted from 0.",
+        help="Which animation of a scene (.glb, .gltf, .fbx), by its name or its number, counted from 0.",
     ),
 )
 

@@ -95,7 +95,7 @@ bake_option = click.option(
     "--bake",
     cls=Option,
     is_flag=True,
-    help="Of a scene (.glb, .gltf): put a key on every frame, in place of cutting its curves at the warp's knots.",
+    help="Of a scene (.glb, .gltf, .fbx): put a key on every frame, in place of cutting its curves at a warp's knots.",
 )
 
 

@@ -388,7 +388,7 @@ def retime_file(
     repair: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Give a file new timing in place: a scene (glTF, GLB) other keys, a capture (C3D, AMASS) other frames.
+    """Give a file new timing in place: a scene (glTF, GLB, FBX) other keys, a capture (C3D, AMASS) other frames.
 
     Of a scene each curve is cut at the warp's knots, and each piece is laid where the warp shows it: nothing is
     sampled, and keys stay keys. Of a capture frames are resampled as `retime.apply_warp` does. Meshes, materials,
@@ -400,7 +400,7 @@ def retime_file(
         The file, and where the new one goes; both of one format.
     warps : Warp, or mapping of str to Warp
         For all animations that are meant, or by name; a capture has one. Time 0 of the input is an animation's first
-        key, or the first frame.
+        key, or the first frame; of an FBX, where its stack begins, if that is earlier.
     animation : str, optional
         Only the animation of this name.
     rate : str, float or Fraction, optional

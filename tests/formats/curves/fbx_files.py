@@ -80,7 +80,9 @@ def ascii_(records: list, version: int = 7500, newline: str = "\n") -> bytes:
             letter, content = values[0]
             if name == "KeyAttrDataFloat" and version >= 7200:
                 content = np.asarray(content, "<f4").view("<i4")
-            numbers = ",".join(str(one) for one in np.asarray(content, content.dtype if letter == "f" else ARRAYS[letter]))
+            numbers = ",".join(
+                str(one) for one in np.asarray(content, content.dtype if letter == "f" else ARRAYS[letter])
+            )
             lines.append(f"{indent};{name}: told in a comment")
             lines.append(f"{indent}{name}: *{len(content)} {{")
             lines.extend([f"{indent}\ta: {numbers}", f"{indent}}} "])
@@ -206,7 +208,12 @@ class Builder:
 
     def stack(self, name: str, start: float | None = None, stop: float | None = None) -> int:
         table = []
-        for key, time in (("LocalStart", start), ("LocalStop", stop), ("ReferenceStart", start), ("ReferenceStop", stop)):
+        for key, time in (
+            ("LocalStart", start),
+            ("LocalStop", stop),
+            ("ReferenceStart", start),
+            ("ReferenceStop", stop),
+        ):
             if time is not None:
                 table.append(node("P", text(key), text("KTime"), text("Time"), text(""), ("L", round(time * TICKS))))
         if start is not None and stop is not None:
@@ -258,7 +265,7 @@ class Builder:
 
 
 def drawn_fbx(seed: int, start: float = 0.0) -> Builder:
-    """Three limbs in a chain and a camera, moved by every kind of key in two layers, beside a mesh that must not change."""
+    """Three limbs in a chain and a camera, moved by every kind of key in two layers, beside a mesh that must stay."""
     rng = np.random.default_rng(seed)
     made = Builder()
     made.settings = [("UpAxis", ("I", 1)), ("TimeMode", ("I", 6)), ("UnitScaleFactor", ("D", 1.0))]
@@ -270,7 +277,7 @@ def drawn_fbx(seed: int, start: float = 0.0) -> Builder:
         turned = {"RotationActive": 1, "RotationOrder": int(rng.integers(0, 6)), "PreRotation": rng.normal(size=3) * 30}
         pivots = {"RotationPivot": rng.normal(size=3), "ScalingOffset": rng.normal(size=3)}
         post = {"PostRotation": rng.normal(size=3) * 20, "Lcl_Translation": rng.normal(size=3)}
-        parent = made.model(f"limb {index} \"ü\"", parent, **turned, **pivots, **post)
+        parent = made.model(f'limb {index} "ü"', parent, **turned, **pivots, **post)
         limbs.append(parent)
     made.link(mesh, limbs[0])
     camera = made.add("NodeAttribute", "lens", "NodeAttribute", "Camera", [prop("FocalLength", ("D", 35.0))])
@@ -280,7 +287,9 @@ def drawn_fbx(seed: int, start: float = 0.0) -> Builder:
     for limb in limbs:
         for at in ("Lcl Translation", "Lcl Rotation", "Lcl Scaling"):
             axes = "XYZ" if at != "Lcl Scaling" else "Y"
-            made.animate(base, limb, at, {axis: drawn_track(rng, int(rng.integers(1, 7)), start=start) for axis in axes})
+            made.animate(
+                base, limb, at, {axis: drawn_track(rng, int(rng.integers(1, 7)), start=start) for axis in axes}
+            )
     made.animate(top, limbs[1], "Lcl Rotation", {"X": drawn_track(rng, 4, start=start)}, Y=5.0, Z=0.0)
     made.animate(top, top, "Weight", {"Weight": track([start, start + 1], [0.0, 100.0], LINEAR)})
     made.animate(base, camera, "FocalLength", {"FocalLength": drawn_track(rng, 3, start=start)})

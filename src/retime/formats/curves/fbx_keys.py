@@ -16,6 +16,7 @@ from retime.formats.curves.fbx_curve import (
     LINEAR,
     NEXT,
     TANGENTS,
+    TCB,
     THIRDS,
     USER,
     VELOCITIES,
@@ -133,15 +134,20 @@ def new_keys(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: 
     old_key = np.zeros(len(kept), dtype=np.int64)
     old_key[key] = pieces.old
     old_key[np.cumsum(counts) + np.arange(len(counts))] = old.keys.starts[1:] - 1
+    old_flags, old_data = old.keys.flags[old_key], old.keys.data[old_key]
+    automatic = old_flags & (CUBIC | CONSTANT | USER | TCB) == CUBIC
+    # What key i says of the slope at key i + 1 is that one's bias, where it is automatic.
+    bias = old.keys.data[np.maximum(old_key[1:] - 1, 0), 1]
+    beside = np.ones(len(kept) - 1, dtype=bool)
+    beside[explicit.starts[1:-1] - 1] = False
     while True:
-        keys = Keys(
-            explicit.counts,
-            explicit.ticks,
-            explicit.values,
-            np.where(kept, old.keys.flags[old_key], explicit.flags),
-            np.where(kept[:, None], old.keys.data[old_key], explicit.data),
-        )
-        wrong = _wrong(pieces, key, keys, ticks_a_second) & kept
+        data = np.where(kept[:, None], old_data, explicit.data)
+        itself = kept & automatic
+        data[itself, 1] = explicit.data[itself, 1]
+        data[:-1, 1] = np.where(itself[1:] & beside, bias, data[:-1, 1])
+        flags = np.where(kept, old_flags, explicit.flags)
+        keys = Keys(explicit.counts, explicit.ticks, explicit.values, flags, data)
+        wrong = _wrong(pieces, key, keys, itself, ticks_a_second) & kept
         if not wrong.any():
             return keys
         kept &= ~wrong
@@ -421,8 +427,8 @@ def _keys(
     return Keys(counts + 1, ticks, values, flags, data), kept
 
 
-def _wrong(pieces: _Pieces, key: IntArray, keys: Keys, ticks_a_second: int) -> BoolArray:
-    """Tell which keys don't make the pieces that they must, shape (n_keys,)."""
+def _wrong(pieces: _Pieces, key: IntArray, keys: Keys, automatic: BoolArray, ticks_a_second: int) -> BoolArray:
+    """Tell which keys don't make the pieces that they must, shape (n_keys,); `automatic` ones have their own slopes."""
     wrong = np.zeros(len(keys.ticks), dtype=bool)
     slopes = resolved(keys, ticks_a_second)
     width = (pieces.end - pieces.begin) / ticks_a_second
@@ -437,10 +443,9 @@ def _wrong(pieces: _Pieces, key: IntArray, keys: Keys, ticks_a_second: int) -> B
         off = np.abs(found - wanted) > size + 1e-6 * np.abs(wanted)
         off |= np.abs(found_weight - weight) > WEIGHT_STEP / 100
         off &= cubic
-        wrong[key[off]] = True
-        if place:
-            # How a piece arrives is said by the key that begins it, and by the next one where that is automatic.
-            wrong[key[off] + 1] = True
+        # How a piece arrives is said by the key that begins it, or by the next one, where that is automatic.
+        blamed = key[off] + (place & automatic[key[off] + 1])
+        wrong[blamed] = True
     kind = np.where(keys.flags[key] & CONSTANT, SegmentKind.STEP, np.where(keys.flags[key] & CUBIC, 2, 1))
     wrong[key[kind != pieces.kind]] = True
     to_next = (keys.flags[key] & CONSTANT != 0) & (keys.flags[key] & NEXT != 0)

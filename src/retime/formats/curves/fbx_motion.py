@@ -40,6 +40,8 @@ _RATES |= {11: "24", 13: "24000/1001", 15: "96", 16: "72", 17: "60000/1001", 18:
 _CUSTOM = 14
 _COMMON = (24, 25, 30, 48, 50, 60, 90, 100, 120, 240)
 _NO_RATE = Fraction(30)
+# A rate that many times the scene's is finer, not the same one written otherwise.
+_FINER = Fraction(3, 2)
 _IGNORE_PARENT_SCALE = 2
 # Timing that lies in other files, or beside curves, and stays as it is.
 _OTHER_CLOCKS = {"Audio": "sound", "AudioLayer": "sound", "Cache": "caches of moving points"}
@@ -77,8 +79,10 @@ def frame_rate(scene: FbxScene, curves: StackCurves) -> Fraction:
     elif mode == _CUSTOM and 0.001 <= scene.setting("CustomFrameRate", -1) <= 1e5:
         said = parse_rate(scene.setting("CustomFrameRate", -1))
     keys = np.unique(curves.keys.ticks) / scene.ticks - curves.start
+    # Keys that lie closer than its frames want a finer one.
+    dense = said is None or float(np.diff(keys).min(initial=np.inf)) * float(said * _FINER) < 1 + 1e-6
     for rate in (said, *map(Fraction, _COMMON)):
-        if rate is not None:
+        if rate is not None and (rate == said or (dense and rate >= _FINER * (said or 0))):
             places = keys * float(rate)
             if np.abs(places - np.rint(places)).max() < 2e-3:
                 return rate

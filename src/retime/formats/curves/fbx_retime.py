@@ -28,6 +28,11 @@ def cut_keys(scene: FbxScene, curves: StackCurves, warp: Warp) -> tuple[Keys, li
     moved = Warp(warp.output_times + curves.start, warp.input_times + curves.start)
     old, written = extended(scene, curves, float(moved.input_times.min()), float(moved.input_times.max()))
     cut, source = cut_curves(old.batch, moved)
+    # The one key of a curve goes where its time is shown.
+    alone = np.flatnonzero((cut.counts == 0) & (curves.keys.counts == 1))
+    times, which = np.unique(old.batch.end_times[alone], return_inverse=True)
+    shown = [moved_time(time, curves, warp, last=False) for time in times.tolist()]
+    cut.end_times[alone] = np.array(shown)[which] if len(shown) else 0.0
     return new_keys(old, cut, source, scene.ticks), written.tolist()
 
 

@@ -13,6 +13,8 @@ from retime.formats.curves.fbx_keys import OldCurves
 from retime.formats.curves.fbx_scene import FbxScene, Stack
 from retime.warp.cutting import CurveBatch, SegmentKind
 
+# Times, values, kinds, keys that begin them, and whether they lie between keys of the file: of some segments.
+_Part = tuple[FloatArray, FloatArray, IntArray, IntArray, BoolArray]
 # Segments that repetitions of one curve may come to.
 _MOST_REPEATED = 1_000_000
 
@@ -89,7 +91,7 @@ def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> t
     if not active:
         return OldCurves(curves.keys, batch, key, own), np.zeros(0, dtype=np.int64)
     slopes = resolved(curves.keys, scene.ticks)
-    parts: list[tuple[FloatArray, FloatArray, IntArray, IntArray, BoolArray]] = []
+    parts: list[_Part] = []
     end_times, end_values, counts = batch.end_times.copy(), batch.end_values.copy(), batch.counts.copy()
     place = 0
     for index in active:
@@ -100,21 +102,19 @@ def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> t
         place = int(stop)
         curve = _slice(batch, key, own, int(begin), place)
         first_key, last_key = curves.keys.starts[index], curves.keys.starts[index + 1] - 1
-        rise = float(curves.keys.values[last_key] - curves.keys.values[first_key])
-        before, after = [], []
+        before: list[_Part] = []
+        after: list[_Part] = []
+        ends = (float(curves.keys.values[first_key]), float(curves.keys.values[last_key]))
         first, last = float(curve[0][0, 0]), float(batch.end_times[index])
         if low < first and (one.pre.mode != "C" or index in odd):
-            at = float(curves.keys.values[first_key])
-            before = _beyond(scene, one, one.pre, curve, low, at, rise, float(slopes.right[first_key]), -1)
+            before, _ = _beyond(scene, one, one.pre, curve, low, ends, float(slopes.right[first_key]), -1)
         if one.post.mode != "C" and high > last:
-            at = float(curves.keys.values[last_key])
-            after = _beyond(scene, one, one.post, curve, high, at, rise, float(slopes.left[last_key]), 1)
+            after, end_values[index] = _beyond(scene, one, one.post, curve, high, ends, float(slopes.left[last_key]), 1)
         pieces = [*before[::-1], curve, *after]
         parts += pieces
         counts[index] = sum(len(piece[0]) for piece in pieces)
         if after:
             end_times[index] = after[-1][0][-1, 3]
-            end_values[index] = after[-1][1][-1, 3]
     parts.append(_slice(batch, key, own, place, len(key)))
     times, values, kinds, keys, owned = (np.concatenate(column) for column in zip(*parts, strict=True))
     # Copies are laid side by side; what rounding parts must meet.
@@ -123,9 +123,6 @@ def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> t
     times[inner, 0] = times[inner - 1, 3]
     times[:, 1:3] = np.clip(times[:, 1:3], times[:, [0]], times[:, [3]])
     return OldCurves(curves.keys, whole, keys, owned), np.array(written, dtype=np.int64)
-
-
-_Part = tuple[FloatArray, FloatArray, IntArray, IntArray, BoolArray]
 
 
 def _slice(batch: CurveBatch, key: IntArray, own: BoolArray, begin: int, stop: int) -> _Part:
@@ -139,21 +136,25 @@ def _beyond(
     how: Extrapolation,
     curve: _Part,
     limit: float,
-    at: float,
-    rise: float,
+    ends: tuple[float, float],
     slope: float,
     way: int,
-) -> list[_Part]:
-    """Return what lies beyond a curve's keys up to a time, the nearest part first: behind (1) or before (-1, `way`)."""
+) -> tuple[list[_Part], float]:
+    """Return what lies beyond a curve's keys up to a time, the nearest part first, and the value behind all that.
+
+    `ends` are the values of its first key and its last; `way` is 1 for behind them, -1 for before.
+    """
     times, values, kinds, key, _ = curve
     first, last = float(times[0, 0]), float(times[-1, 3])
-    edge = last if way > 0 else first
+    edge, at = (last, ends[1]) if way > 0 else (first, ends[0])
     if how.mode in ("K", "C"):
         far = limit + way
         spread = np.linspace(min(edge, far), max(edge, far), 4)[None]
         line = at + (slope if how.mode == "K" else 0.0) * (spread[:, :, None] - edge)
         kind = SegmentKind.LINEAR if how.mode == "K" else SegmentKind.STEP
-        return [(spread, line, np.array([kind]), key[-1:], np.zeros(1, dtype=bool))]
+        return [(spread, line, np.array([kind]), key[-1:], np.zeros(1, dtype=bool))], float(
+            line[0, 3 if way > 0 else 0, 0]
+        )
     length = last - first
     n = int(min(np.ceil(abs(limit - edge) / length), 2**31))
     n = min(n, how.times) if how.times >= 0 else n
@@ -162,14 +163,23 @@ def _beyond(
             f"a curve of {length:g} s is repeated {n} times up to {limit:g} s: give the stack an end that it reaches",
             record.item.record,
         )
-    found = []
+    found: list[_Part] = []
     not_own = np.zeros(len(times), dtype=bool)
+    rise = ends[1] - ends[0]
     for turn in range(1, n + 1):
         shift = way * turn * length
         if how.mode == "M" and turn % 2:
             mirrored = (first + last - times)[::-1, ::-1]
             found.append((mirrored + shift, values[::-1, ::-1], kinds[::-1], key[::-1], not_own))
+            at = ends[0] if way > 0 else ends[1]
         else:
             gained = way * turn * rise if how.mode == "A" else 0.0
             found.append((times + shift, values + gained, kinds, key, not_own))
-    return found
+            at = (ends[1] if way > 0 else ends[0]) + gained
+    if way < 0:
+        # What is repeated no more holds; so it does where the warp begins, and its first key must say it.
+        begin = first - n * length
+        spread = np.linspace(min(limit, begin) - 1.0, begin, 4)[None]
+        hold = np.full((1, 4, 1), at)
+        found.append((spread, hold, np.array([SegmentKind.STEP]), key[:1], np.zeros(1, dtype=bool)))
+    return found, at
