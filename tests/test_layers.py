@@ -32,16 +32,18 @@ MAY_IMPORT = {
     "warp": {"motion", "files"},
     "search": {"motion", "warp", "kernels"},
     "formats": {"motion", "warp", "files", "kernels"},
+    "hosts": {"motion", "warp", "formats", "files"},
     "data": {"motion", "formats"},
     "media": {"motion", "warp", "formats"},
     "evaluate": {"motion", "warp", "search", "formats", "data", "files"},
-    "project": {"motion", "warp", "search", "formats", "files"},
+    "project": {"motion", "warp", "search", "formats", "hosts", "files"},
     # `retime edit` starts the server; nothing of the server knows the command line.
     "cli": {
         "motion",
         "warp",
         "search",
         "formats",
+        "hosts",
         "kernels",
         "media",
         "evaluate",
@@ -52,7 +54,7 @@ MAY_IMPORT = {
     },
     # python -m retime
     "__main__": {"cli"},
-    "server": {"motion", "warp", "search", "formats", "media", "evaluate", "project"},
+    "server": {"motion", "warp", "search", "formats", "hosts", "media", "evaluate", "project"},
     # The editor in a notebook: the server's messages and document, by another way.
     "notebook": {"motion", "warp", "search", "project", "server"},
     "batch": {"motion", "warp", "search", "formats", "media", "evaluate", "project"},
@@ -226,7 +228,7 @@ def test_a_circle_is_found_with_all_of_its_files(tmp_path) -> None:
 
 
 # What works where NumPy is, and nothing else (tests/core_alone.py uses it there); and what of it can do more.
-CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "data", "project"}
+CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "hosts", "data", "project"}
 MORE = {("search/explain.py", "pandas"), ("formats/parquet.py", "pyarrow")}
 
 

@@ -9,7 +9,8 @@ Find a warp
     `align` (in step with a reference), `imitate` (a retimed example, the rest follows), `Reference`, `PoseOptions`,
     `Lock`, `Keytime`, `variants` (other timings of one clip), `linear_warp`, `spline_warp`
 Use a warp
-    `Warp`, `apply_warp`; `resample` (another rate, the same timing)
+    `Warp`, `apply_warp`; `resample` (another rate, the same timing); `export_curve`, `ExportedCurve` and `import_curve`
+    (the retime curves of Nuke, Maya, After Effects and more)
 Feet that stand
     `contacts`, `Contacts` (when they do), `retimed_slip`, `SlipReport` (how far they slide, before and after)
 Look at it
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
     from retime.formats.read_options import Limits
     from retime.formats.registry import read, write
     from retime.formats.warp_file import read_warp, write_warp
+    from retime.hosts.exporting import ExportedCurve, export_curve
+    from retime.hosts.importing import import_curve
     from retime.motion.channels import ChannelKind
     from retime.motion.contacts import Contacts, contacts
     from retime.motion.joint_signal import joint_signal
@@ -87,6 +90,9 @@ _HOMES = {
     "write": "retime.formats.registry",
     "read_warp": "retime.formats.warp_file",
     "write_warp": "retime.formats.warp_file",
+    "ExportedCurve": "retime.hosts.exporting",
+    "export_curve": "retime.hosts.exporting",
+    "import_curve": "retime.hosts.importing",
     "ChannelKind": "retime.motion.channels",
     "Contacts": "retime.motion.contacts",
     "contacts": "retime.motion.contacts",
@@ -119,6 +125,7 @@ __all__ = [
     "ChannelKind",
     "Contacts",
     "EndSite",
+    "ExportedCurve",
     "FormatError",
     "FormatWarning",
     "GuidedWarp",
@@ -144,8 +151,10 @@ __all__ = [
     "apply_warp",
     "compare_warps",
     "contacts",
+    "export_curve",
     "guided_warp",
     "imitate",
+    "import_curve",
     "joint_signal",
     "linear_warp",
     "plot_warps",

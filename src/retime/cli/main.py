@@ -22,8 +22,10 @@ from retime.cli.exit_codes import (
 )
 from retime.errors import RetimeError, words_of
 
-# In the order of their use. Each is `command` in the module of its name.
-COMMANDS = ("warp", "imitate", "apply", "plot", "info", "convert", "demo", "edit")
+# In the order of their use. Each is `command` in a module, mostly of its name.
+COMMANDS = ("warp", "imitate", "apply", "export", "import", "plot", "info", "convert", "demo", "edit")
+# Where the module has another name than the command; one is a word of Python's own.
+_MODULES = {"export": "export_curve", "import": "import_curve"}
 
 _EPILOG = f"""\b
 Times    2.5 or 2.5s (seconds), 120f (frames), 1:02.500 (mm:ss.mmm), 1:01:02.500,
@@ -54,7 +56,7 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = importlib.import_module(f"retime.cli.{cmd_name}").command
+        command: click.Command = importlib.import_module(f"retime.cli.{_MODULES.get(cmd_name, cmd_name)}").command
         return command
 
     def main(self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any) -> NoReturn:  # type: ignore[override]

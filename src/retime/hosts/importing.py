@@ -1,0 +1,102 @@
+"""A retime curve of another program is read as a warp."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from retime.checks import path_of, real, whole
+from retime.errors import FormatError, OptionError
+from retime.files import read_bytes
+from retime.hosts.exporting import TOLERANCE
+from retime.hosts.registry import HOSTS, IMPORTED, Host, host_by_ending, host_named
+from retime.hosts.shot import Shot
+from retime.motion.rate import RateLike, parse_rate
+from retime.warp.curve import Warp
+
+_MOST_BYTES = 1 << 26
+
+
+def import_curve(
+    path: str | PathLike[str],
+    host: str | None = None,
+    *,
+    rate: RateLike | None = None,
+    start: int | None = None,
+    tolerance: float | None = None,
+    item: str = "",
+) -> Warp:
+    r"""Read the retime curve of another program.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    host : str, optional
+        Which program's it is; left out, the ending tells.
+    rate : float, Fraction or str, optional
+        Frames a second that it counts, where the file itself does not say.
+    start : int, optional
+        The number of the frame at time 0, of input and output alike. Left out, the host's own custom.
+    tolerance : float, optional
+        Seconds that a line may be off where a rounded curve is drawn by lines; 0.001 where left out.
+    item : str
+        Which curve, where the file has several: the name of its node, layer or clip.
+
+    Returns
+    -------
+    Warp
+        To apply, to blend with others, or to be an example for `retime.imitate`.
+
+    Raises
+    ------
+    FormatError
+        It is no curve, or one that is no warp: times that don't increase, a jump, a spline that only its program knows;
+        says where, and what would help.
+    OptionError
+        No such host, something is missing or would have no effect.
+    OSError
+        The file can't be opened.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     place = pathlib.Path(folder, "walk.framecurve.txt")
+    ...     _ = place.write_text("1\t1.0\n25\t49.0\n")
+    ...     import_curve(place, rate=24)
+    Warp('walk.framecurve', output 0 to 1 s, input 0 to 2 s, 2 knots)
+    """
+    place = path_of(path, "import_curve(path)")
+    found = _host(place, host)
+    if rate is not None and found.says_rate:
+        raise OptionError(f"--rate would have no effect: a file of {found.name} says itself how it counts")
+    if start is not None and found.first_frame is None and found.name != "csv":
+        raise OptionError(f"--start would have no effect: {found.name} counts from the beginning of its clip")
+    allowed = TOLERANCE if tolerance is None else real(tolerance, "the tolerance")
+    if not 0 <= allowed < float("inf"):
+        raise OptionError(f"the tolerance must be 0 or more seconds, found {allowed}")
+    number = found.first_frame or 0 if start is None else whole(start, "the first frame's number")
+    shot = Shot(None if rate is None else parse_rate(rate), number, item, allowed)
+    data = read_bytes(place, _MOST_BYTES)
+    try:
+        warp = found.module.read(data, shot)
+    except FormatError as error:
+        raise FormatError(error.problem, path=place, line=error.line, column=error.column, byte=error.byte) from None
+    return Warp(warp.output_times, warp.input_times, name=place.stem)
+
+
+def _host(place: Path, name: str | None) -> Host:
+    """Find whose curve it is."""
+    if name is None:
+        found = host_by_ending(place)
+        if found is None:
+            endings = ", ".join(f"{end} ({host.name})" for host in HOSTS if host.imports for end in host.suffixes)
+            raise FormatError(
+                f"what curve is this? Its ending is none of {endings}: name the host (--host)", path=place
+            )
+        return found
+    host = host_named(name)
+    if not host.imports:
+        raise OptionError(f"a curve for {name} can be written, not read; read are {', '.join(IMPORTED)}")
+    return host
