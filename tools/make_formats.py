@@ -15,7 +15,8 @@ def page() -> str:
     """Return the page with its table made anew."""
     rows = ["| format | endings | holds | read | written |", "|---|---|---|---|---|"]
     for known in FORMATS:
-        written = "no" if not known.writes else "yes; retimed in place" if known.curves or known.frames else "yes"
+        in_place = "retimed in place" if known.curves or known.frames else ""
+        written = "; ".join(part for part in ("yes" if known.writes else "", in_place) if part) or "no"
         endings = ", ".join(f"`{suffix}`" for suffix in known.suffixes)
         rows.append(f"| {known.title} | {endings} | a {known.holds} | yes | {written} |")
     table = "\n".join(rows)

@@ -96,6 +96,10 @@ def test_quaternions_of_joints(run, tmp_path) -> None:
 
 def test_parameters_of_a_body(run) -> None:
     says = run("info", CASES / "amass_like.npz").stdout
+    assert "rate     120 Hz" in says
+    assert "SMPL without hands, 22 joints" in says
+    # As plain arrays, where that is wanted.
+    says = run("info", CASES / "amass_like.npz", "--array", "poses", "--array", "trans").stdout
     assert "rate      120 Hz" in says
     assert "channels  69: poses.0" in says
     assert "trans.x, trans.y, trans.z" in says

@@ -14,6 +14,7 @@ from retime.cli.main import main
 from retime.data import SAMPLE
 from retime.formats.registry import FORMATS, read
 from retime.motion.motion import Motion
+from tests.formats.body_files import body, npz
 from tests.formats.c3d_files import Capture
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -44,8 +45,9 @@ def test_its_commands_run(tmp_path: Path, monkeypatch) -> None:
     Path("demo").mkdir()
     Path("demo", "sample.bvh").write_bytes(SAMPLE.read_bytes())
     Path("take.c3d").write_bytes(capture().build())
+    Path("body.npz").write_bytes(npz(body()))
     commands = re.findall(r"^\$ retime (.*)$", (ROOT / "docs" / "formats.md").read_text(encoding="utf-8"), flags=re.M)
-    assert len(commands) >= 10
+    assert len(commands) >= 15
     for command in commands:
         run = CliRunner().invoke(main, shlex.split(command))
         assert run.exit_code == 0, (command, run.output)
@@ -53,4 +55,5 @@ def test_its_commands_run(tmp_path: Path, monkeypatch) -> None:
     assert isinstance(walk, Motion)
     assert shorter.end_time < 0.71 * walk.end_time
     assert Path("again.glb").read_bytes() == Path("slow.glb").read_bytes()
+    assert Path("again.npz").read_bytes() == Path("shorter.npz").read_bytes()
     assert Path("again.c3d").read_bytes() == Path("shorter.c3d").read_bytes()

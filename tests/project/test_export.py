@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from retime.formats import read
+from retime.motion.signal import Signal
 from retime.project.document import ClipFile, Document
 from retime.project.export import export_motion
 from retime.project.solve import DocumentSolver
-from retime.motion.signal import Signal
+from tests.formats.body_files import body, npz
 from tests.formats.c3d_files import Capture
 from tests.formats.curves.scenes import sliding_scene
 from tests.reference.gltf import Scene as Literal
@@ -48,3 +49,16 @@ def test_a_capture_stays_one(tmp_path: Path) -> None:
     assert markers.at([0.0, end / 2, end]).values[:, 0] == pytest.approx([20, 35, 50], abs=1e-4)
     assert force.names == ("Fz",)
     assert force.values[-1, 0] * 2 == pytest.approx(50, abs=1e-4)
+
+
+def test_a_body_stays_one(tmp_path: Path) -> None:
+    members = body(n_frames=60)
+    path, out = tmp_path / "a.npz", tmp_path / "b.npz"
+    path.write_bytes(npz(members))
+    clip = ClipFile(str(path), first_frame=20, last_frame=50)
+    solution = DocumentSolver().solve(Document((clip,), method="linear", options={"length": "200%"}))
+    export_motion(solution, 0, out, overwrite=False)
+    with np.load(out) as archive:
+        assert np.array_equal(archive["betas"], members["betas"])
+        assert archive["poses"].shape == (62, 156)
+        np.testing.assert_allclose(archive["trans"][[0, -1]], members["trans"][[20, 50]])

@@ -14,11 +14,8 @@ that are there before anything is made of it.
 from __future__ import annotations
 
 import math
-import re
-import struct
 import warnings
 import zipfile
-import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -32,57 +29,33 @@ from retime.errors import FormatError, FormatWarning, OptionError
 from retime.files import write_bytes
 from retime.formats.channel_meaning import make_signal
 from retime.formats.file_signatures import foreign_kind
+from retime.formats.npy_arrays import (
+    MAGIC,
+    RATES,
+    StoredArray,
+    archive_of,
+    array_bytes,
+    floats_of,
+    member_bytes,
+    number_of,
+    parse_array,
+    rate_of,
+    texts_of,
+)
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import ChannelKind
 from retime.motion.clock import Clock
-from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal, numbered_names
 
-_MAGIC = b"\x93NUMPY"
-_HEADER_BYTES = 4096
-_DESCR = rb"['\"]descr['\"]\s*:\s*['\"](?P<descr>[<>|=]?[A-Za-z?][0-9]{0,6})['\"]"
-_ORDER = rb"['\"]fortran_order['\"]\s*:\s*(?P<order>True|False)"
-_SHAPE = rb"['\"]shape['\"]\s*:\s*\((?P<shape>(?:\s*[0-9]{1,18}L?\s*,)*(?:\s*[0-9]{1,18}L?)?\s*)\)"
-# The header is a Python dictionary of these three in any order. Matched, never evaluated.
-_HEADERS = tuple(
-    re.compile(rb"\{\s*" + rb"\s*,\s*".join(items) + rb"\s*,?\s*\}\s*")
-    for items in (
-        (_DESCR, _ORDER, _SHAPE),
-        (_DESCR, _SHAPE, _ORDER),
-        (_ORDER, _DESCR, _SHAPE),
-        (_ORDER, _SHAPE, _DESCR),
-        (_SHAPE, _DESCR, _ORDER),
-        (_SHAPE, _ORDER, _DESCR),
-    )
-)
-_NUMBER_BYTES = {"i": (1, 2, 4, 8), "u": (1, 2, 4, 8), "f": (2, 4, 8), "b": (1,)}
-_REFUSED = {"O": "Python objects, which are never loaded", "c": "complex numbers", "m": "time spans", "M": "dates"}
-# A small member may be all zeros, and so compress well past the ratio; only a large one can hurt.
-_SMALL_MEMBER = 1 << 20
 # Seconds, thirty million years: beyond it a time since whenever is a mistake.
 _LATEST = 1e15
 _KNOWN_MEMBERS = ("names", "first_frame", "start_time", "kinds", "words", "word_counts")
-_RATES = ("rate", "fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
 _POINT_NAMES = ("joint_names", "joints_names", "keypoint_names", "point_names", "marker_names")
 # Arrays that are the frames where an archive has them: retime's own, and those of a capture of body parameters.
 _USUAL = (("values",), ("poses", "trans"), ("poses",))
 # Fours of numbers are rotations where none is further from length 1.
 _UNIT_LENGTH = 0.02
-# Letters of a library's own message that are passed on.
-_MOST_QUOTED = 160
-
-
-@dataclass(frozen=True)
-class _Array:
-    """An array that was described and not yet made: its kind, size of an item, byte order, shape and bytes."""
-
-    kind: str
-    item_bytes: int
-    little: bool
-    fortran: bool
-    shape: tuple[int, ...]
-    data: memoryview
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
@@ -120,8 +93,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     >>> signal.names, signal.values[:, 1].tolist()
     (('c0', 'c1'), [2.0, 4.0])
     """
-    if data.startswith(_MAGIC):
-        members = {"values": _parse(path, data, "the array", options)}
+    if data.startswith(MAGIC):
+        members = {"values": parse_array(path, data, "the array", options)}
         meant: tuple[str, ...] = ("values",)
     elif data.startswith(b"PK"):
         members, meant = _members(path, data, options)
@@ -145,17 +118,17 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     if "names" in members and meant == ("values",):
         names = _names(path, members["names"], values.shape[1], options.limits)
     rate = options.rate
-    key = next((key for key in _RATES if key in members), None)
+    key = next((key for key in RATES if key in members), None)
     if rate is None and key is not None:
-        rate = _rate(path, members[key], key)
+        rate = rate_of(path, members[key], key)
     if rate is None:
         raise FormatError("the file holds no rate, so it must be given (--fps)", path=path)
     first_frame = 0
     if "first_frame" in members:
-        first_frame = int(_number(path, members["first_frame"], "first_frame", "iu"))
+        first_frame = int(number_of(path, members["first_frame"], "first_frame", "iu"))
     clock = Clock()
     if "start_time" in members:
-        start = _number(path, members["start_time"], "start_time", "iuf")
+        start = number_of(path, members["start_time"], "start_time", "iuf")
         if not abs(start) < _LATEST:
             raise FormatError(f"start_time is {start:g}; expected seconds, of {_LATEST:g} at most", path=path)
         # The decimal that a person would write: 2.235 is no double.
@@ -170,90 +143,6 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
     return make_signal(path, names, values, rate, options, known, first_frame=first_frame, clock=clock)
 
 
-def _parse(path: Path, data: bytes, what: str, options: ReadOptions) -> _Array:
-    """Read the header of an array and compare its claim with the bytes that follow."""
-    version = data[6:8]
-    if version == b"\x01\x00":
-        size, start = struct.calcsize("<H"), 10
-    elif version in (b"\x02\x00", b"\x03\x00"):
-        size, start = struct.calcsize("<I"), 12
-    else:
-        raise FormatError(f"{what} has version {version.hex('.')}; expected 1, 2 or 3", path=path, byte=6)
-    length = int.from_bytes(data[8 : 8 + size], "little")
-    if length > _HEADER_BYTES or start + length > len(data):
-        raise FormatError(
-            f"{what} claims a header of {length} bytes; {max(len(data) - start, 0)} follow, and the limit is "
-            f"{_HEADER_BYTES}",
-            path=path,
-            byte=8,
-        )
-    header = data[start : start + length]
-    match = next((match for pattern in _HEADERS if (match := pattern.fullmatch(header))), None)
-    if match is None:
-        text = header[:80].decode("latin-1").strip()
-        raise FormatError(
-            f"{what} has a header that describes no plain array: {text!r}; records and objects are not read",
-            path=path,
-            byte=start,
-        )
-    descr = match["descr"].decode()
-    shape = tuple(int(part.strip(b" \t\r\n\v\fL")) for part in match["shape"].split(b",") if part.strip())
-    kind, item_bytes, little = _item(path, what, descr, start)
-    fortran = match["order"] == b"True"
-    body = memoryview(data)[start + length :]
-    claimed = math.prod(shape) * item_bytes
-    if claimed != len(body):
-        whole = len(body) // (math.prod(shape[1:]) * item_bytes or 1)
-        if options.repair and what == "the array" and not fortran and len(shape) and 0 < whole < shape[0]:
-            warnings.warn(f"{path}: {whole} of {shape[0]} frames are there and were kept", FormatWarning, stacklevel=4)
-            shape = (whole, *shape[1:])
-            body = body[: math.prod(shape) * item_bytes]
-        else:
-            raise FormatError(
-                f"{what} claims shape {shape} of {descr!r}, {claimed} bytes; {len(body)} bytes follow",
-                path=path,
-                byte=start + length,
-            )
-    return _Array(kind, item_bytes, little, fortran, shape, body)
-
-
-def _item(path: Path, what: str, descr: str, byte: int) -> tuple[str, int, bool]:
-    """Take a type description apart: kind, bytes of an item, and whether the least significant comes first."""
-    match = re.fullmatch(r"([<>|=]?)([A-Za-z?])([0-9]*)", descr)
-    assert match is not None
-    order, kind, digits = match.groups()
-    count = int(digits or 0)
-    if kind == "?":
-        kind, count = "b", 1
-    if count in _NUMBER_BYTES.get(kind, ()):
-        return kind, count, order != ">"
-    if kind in "SU" and count > 0:
-        return kind, count * (4 if kind == "U" else 1), order != ">"
-    held = _REFUSED.get(kind, f"the type {descr!r}")
-    raise FormatError(f"{what} holds {held}; expected real numbers of 1 to 8 bytes", path=path, byte=byte)
-
-
-def _floats(path: Path, what: str, array: _Array) -> FloatArray:
-    """Make an array of doubles."""
-    if array.kind in "SU":
-        raise FormatError(f"{what} holds text; expected numbers", path=path)
-    if array.kind == "b":
-        # Any byte but 0 counts as true.
-        raw = np.frombuffer(array.data, dtype=np.uint8) != 0
-    else:
-        order = "<" if array.little else ">"
-        raw = np.frombuffer(array.data, dtype=np.dtype(f"{order}{array.kind}{array.item_bytes}"))
-    if array.kind in "iu" and array.item_bytes == 8 and len(raw):
-        # Beyond this, neighbouring whole numbers are one double.
-        largest = max(int(raw.max()), -int(raw.min()))
-        if largest > 2**53:
-            raise FormatError(f"{what} holds {largest}, more than 2**53, which a double can't hold exactly", path=path)
-    # A signalling NaN would warn; it is refused with its frame and channel later.
-    with np.errstate(invalid="ignore"):
-        doubles: FloatArray = raw.astype(np.float64)
-    return doubles.reshape(array.shape, order="F" if array.fortran else "C")
-
-
 @dataclass(frozen=True, eq=False)
 class _Columns:
     """An array laid out: values (n_frames, n_channels), their plain names, and which columns are rotations by fours."""
@@ -263,7 +152,7 @@ class _Columns:
     rotations: tuple[int, ...]
 
 
-def _values(path: Path, array: _Array, prefix: str, points: tuple[str, ...], limits: Limits) -> _Columns:
+def _values(path: Path, array: StoredArray, prefix: str, points: tuple[str, ...], limits: Limits) -> _Columns:
     """Lay an array out as columns: (n_frames,), (n_frames, n_channels), (n_frames, n_points, n_numbers)."""
     shape = array.shape
     # A batch of one, as networks give it.
@@ -280,7 +169,7 @@ def _values(path: Path, array: _Array, prefix: str, points: tuple[str, ...], lim
         raise FormatError(f"{n_channels} channels, the limit is {limits.channels} (Limits.channels)", path=path)
     if shape[0] > limits.frames:
         raise FormatError(f"{shape[0]} frames, the limit is {limits.frames} (Limits.frames)", path=path)
-    values = np.ascontiguousarray(_floats(path, prefix or "values", array)).reshape(shape[0], n_channels)
+    values = np.ascontiguousarray(floats_of(path, prefix or "values", array)).reshape(shape[0], n_channels)
     names = _plain_names(shape[1:], points, prefix)
     rotations: tuple[int, ...] = ()
     if len(shape) == 3 and shape[2] == 4:
@@ -304,7 +193,7 @@ def _plain_names(shape: tuple[int, ...], points: tuple[str, ...] = (), prefix: s
     return tuple(f"{start}{point}.{axis}" for point in named for axis in axes)
 
 
-def _point_names(path: Path, members: dict[str, _Array], limits: Limits) -> tuple[str, ...]:
+def _point_names(path: Path, members: dict[str, StoredArray], limits: Limits) -> tuple[str, ...]:
     """Return the names of points or joints that the archive has, if any."""
     for key in _POINT_NAMES:
         if key in members and members[key].kind in "SU" and len(members[key].shape) == 1:
@@ -312,11 +201,11 @@ def _point_names(path: Path, members: dict[str, _Array], limits: Limits) -> tupl
     return ()
 
 
-def _kinds(path: Path, members: dict[str, _Array], n_channels: int) -> dict[int, ChannelKind]:
+def _kinds(path: Path, members: dict[str, StoredArray], n_channels: int) -> dict[int, ChannelKind]:
     """Read what channels hold, as `write` writes it."""
     if "kinds" not in members:
         return {}
-    texts = _texts(path, "kinds", members["kinds"]) if members["kinds"].kind in "SU" else []
+    texts = texts_of(path, "kinds", members["kinds"]) if members["kinds"].kind in "SU" else []
     if len(texts) != n_channels:
         raise FormatError(f"kinds are {n_channels} texts, one a channel; found {len(texts)}", path=path)
     words = [[] for _ in texts] if "words" not in members else _words(path, members, n_channels)
@@ -329,40 +218,20 @@ def _kinds(path: Path, members: dict[str, _Array], n_channels: int) -> dict[int,
         raise FormatError(f"kinds: {error}", path=path) from None
 
 
-def _words(path: Path, members: dict[str, _Array], n_channels: int) -> list[list[str]]:
+def _words(path: Path, members: dict[str, StoredArray], n_channels: int) -> list[list[str]]:
     """Part the words of all channels by how many each has."""
     counts = members.get("word_counts")
     words = members["words"]
     if counts is None or counts.kind not in "iu" or counts.shape != (n_channels,) or words.kind not in "SU":
         raise FormatError(f"words need word_counts, {n_channels} whole numbers, one a channel", path=path)
-    texts = _texts(path, "words", words)
-    ends = np.cumsum(_floats(path, "word_counts", counts)).astype(np.int64)
+    texts = texts_of(path, "words", words)
+    ends = np.cumsum(floats_of(path, "word_counts", counts)).astype(np.int64)
     if np.any(np.diff(ends, prepend=0) < 0) or int(ends[-1]) != len(texts):
         raise FormatError(f"word_counts say {int(ends[-1])} words, and {len(texts)} are there", path=path)
     return [texts[start:stop] for start, stop in zip([0, *ends[:-1].tolist()], ends.tolist(), strict=True)]
 
 
-def _number(path: Path, array: _Array, what: str, kinds: str) -> float:
-    if array.kind not in kinds or math.prod(array.shape) != 1:
-        raise FormatError(f"{what} has shape {array.shape} and kind {array.kind!r}; expected one number", path=path)
-    return float(_floats(path, what, array).reshape(()))
-
-
-def _rate(path: Path, array: _Array, key: str) -> Fraction:
-    value: str | float
-    if array.kind in "SU":
-        if math.prod(array.shape) != 1:
-            raise FormatError(f"{key} has shape {array.shape}; expected one text or number", path=path)
-        (value,) = _texts(path, key, array)
-    else:
-        value = _number(path, array, key, "iuf")
-    try:
-        return parse_rate(value)
-    except OptionError as error:
-        raise FormatError(f"{key}: {error}", path=path) from None
-
-
-def _names(path: Path, array: _Array, n_channels: int, limits: Limits) -> tuple[str, ...]:
+def _names(path: Path, array: StoredArray, n_channels: int, limits: Limits) -> tuple[str, ...]:
     if array.kind not in "SU" or array.shape != (n_channels,):
         raise FormatError(
             f"names have shape {array.shape} and kind {array.kind!r}; expected {n_channels} texts, one a channel",
@@ -372,7 +241,7 @@ def _names(path: Path, array: _Array, n_channels: int, limits: Limits) -> tuple[
         raise FormatError(
             f"names of up to {array.item_bytes} bytes, the limit is {limits.name_bytes} (Limits.name_bytes)", path=path
         )
-    names = _texts(path, "names", array)
+    names = texts_of(path, "names", array)
     first: dict[str, int] = {}
     for i, name in enumerate(names):
         if first.setdefault(name, i) != i:
@@ -380,57 +249,30 @@ def _names(path: Path, array: _Array, n_channels: int, limits: Limits) -> tuple[
     return tuple(names)
 
 
-def _texts(path: Path, what: str, array: _Array) -> list[str]:
-    """Decode an array of texts of fixed length, padded with zeros."""
-    encoding = "utf-8" if array.kind == "S" else "utf-32-le" if array.little else "utf-32-be"
-    data = bytes(array.data)
-    size = array.item_bytes
-    try:
-        return [data[i : i + size].decode(encoding).rstrip("\0") for i in range(0, len(data), size)]
-    except UnicodeDecodeError as error:
-        raise FormatError(f"{what} hold no text: {error.reason}", path=path) from None
-
-
-def _brief(error: Exception) -> str:
-    """Say what a library found, without the kilobytes of the file that it may quote."""
-    words = str(error)
-    return words if len(words) <= _MOST_QUOTED else words[:_MOST_QUOTED] + "..."
-
-
-def _members(path: Path, data: bytes, options: ReadOptions) -> tuple[dict[str, _Array], tuple[str, ...]]:
+def _members(path: Path, data: bytes, options: ReadOptions) -> tuple[dict[str, StoredArray], tuple[str, ...]]:
     """Read the arrays of an archive that matter, and say which of them are the frames."""
-    arrays: dict[str, _Array] = {}
-    try:
-        with zipfile.ZipFile(BytesIO(data)) as archive:
-            members = archive.infolist()
-            _refuse_dangerous(path, members, options.limits, len(data))
-            by_name = {member.filename.removesuffix(".npy"): member for member in members}
+    arrays: dict[str, StoredArray] = {}
+    with archive_of(path, data, options.limits) as archive:
+        by_name = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
 
-            def parse(name: str) -> _Array:
-                with archive.open(by_name[name]) as file:
-                    inflated = file.read(by_name[name].file_size + 1)
-                if not inflated.startswith(_MAGIC):
-                    raise FormatError(f"{by_name[name].filename} is no NumPy array", path=path)
-                return _parse(path, inflated, name, options)
+        def parse(name: str) -> StoredArray:
+            inflated = member_bytes(archive, by_name[name])
+            if not inflated.startswith(MAGIC):
+                raise FormatError(f"{by_name[name].filename} is no NumPy array", path=path)
+            return parse_array(path, inflated, name, options)
 
-            for name in (*_KNOWN_MEMBERS, *_RATES, *_POINT_NAMES):
-                if name in by_name:
-                    arrays[name] = parse(name)
-            meant = _meant(path, by_name, options.arrays, parse)
-            for name in meant:
-                if name not in arrays:
-                    arrays[name] = parse(name)
-    except (zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError) as error:
-        raise FormatError(f"a damaged zip archive: {_brief(error)}", path=path) from None
-    except (RuntimeError, ValueError, OverflowError, OSError) as error:
-        if isinstance(error, FormatError):
-            raise
-        raise FormatError(f"a zip archive that can't be read: {_brief(error)}", path=path) from None
+        for name in (*_KNOWN_MEMBERS, *RATES, *_POINT_NAMES):
+            if name in by_name:
+                arrays[name] = parse(name)
+        meant = _meant(path, by_name, options.arrays, parse)
+        for name in meant:
+            if name not in arrays:
+                arrays[name] = parse(name)
     return arrays, meant
 
 
 def _meant(
-    path: Path, there: Iterable[str], chosen: tuple[str, ...], parse: Callable[[str], _Array]
+    path: Path, there: Iterable[str], chosen: tuple[str, ...], parse: Callable[[str], StoredArray]
 ) -> tuple[str, ...]:
     """Say which arrays hold the frames: those that were chosen, usual ones, or the only one that could."""
     names = list(there)
@@ -445,7 +287,7 @@ def _meant(
             return usual
     possible = []
     for name in names:
-        if name in (*_KNOWN_MEMBERS, *_RATES, *_POINT_NAMES):
+        if name in (*_KNOWN_MEMBERS, *RATES, *_POINT_NAMES):
             continue
         try:
             array = parse(name)
@@ -462,37 +304,6 @@ def _meant(
             path=path,
         )
     raise FormatError(f"the archive has no array called values; it has {listed}", path=path)
-
-
-def _refuse_dangerous(path: Path, members: list[zipfile.ZipInfo], limits: Limits, n_bytes: int) -> None:
-    """Raise FormatError for members that no NPZ has, and for claims past the limits."""
-    seen = set()
-    for member in members:
-        name = member.filename
-        shown = repr(name[:80])
-        if name.startswith(("/", "\\")) or ".." in re.split(r"[/\\]", name) or ":" in name or "\0" in name:
-            raise FormatError(f"the member {shown} leads out of the archive", path=path)
-        if name in seen:
-            raise FormatError(f"two members are called {shown}", path=path)
-        seen.add(name)
-        if member.flag_bits & 0x1:
-            raise FormatError(f"the member {shown} is encrypted", path=path)
-        if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise FormatError(f"the member {shown} is compressed by method {member.compress_type}", path=path)
-        if member.file_size > max(_SMALL_MEMBER, limits.zip_ratio * member.compress_size):
-            raise FormatError(
-                f"the member {shown} claims {member.file_size} bytes in {member.compress_size} compressed ones, "
-                f"more than {limits.zip_ratio}:1 (Limits.zip_ratio)",
-                path=path,
-            )
-    compressed = sum(member.compress_size for member in members)
-    if compressed > n_bytes:
-        raise FormatError(f"the members claim {compressed} compressed bytes; the file has {n_bytes}", path=path)
-    total = sum(member.file_size for member in members)
-    if total > limits.inflated_bytes:
-        raise FormatError(
-            f"the members claim {total} bytes, the limit is {limits.inflated_bytes} (Limits.inflated_bytes)", path=path
-        )
 
 
 def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
@@ -530,7 +341,7 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
                 FormatWarning,
                 stacklevel=3,
             )
-        write_bytes(path, _array_bytes(signal.values.reshape(-1, *(shape or (n_channels,)))), overwrite=overwrite)
+        write_bytes(path, array_bytes(signal.values.reshape(-1, *(shape or (n_channels,)))), overwrite=overwrite)
         return
     members = {"values": signal.values, "rate": np.array(str(signal.rate)), "names": np.array(signal.names)}
     members["kinds"] = np.array([str(kind) for kind in signal.kinds])
@@ -546,11 +357,5 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
         for name, array in members.items():
             # The date is fixed, so that the same signal gives the same bytes.
-            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), _array_bytes(array))
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), array_bytes(array))
     write_bytes(path, file.getvalue(), overwrite=overwrite)
-
-
-def _array_bytes(array: np.ndarray) -> bytes:
-    file = BytesIO()
-    np.lib.format.write_array(file, np.asarray(array), allow_pickle=False)
-    return file.getvalue()

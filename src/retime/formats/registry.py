@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -84,10 +85,24 @@ FORMATS = (
     Format("csv_table", (".mot", ".sto", ".trc"), "signal", "tables of OpenSim", writes=False),
     Format("npy", (".npy", ".npz"), "signal", "arrays of NumPy"),
     Format("c3d", (".c3d",), "signal", "C3D captures", frames=True, facts=True),
+    Format("amass", (".npz",), "motion", "AMASS, SMPL bodies", writes=False, frames=True, among="npy", facts=True),
+    Format("humanml3d", (".npy",), "signal", "HumanML3D features", writes=False, frames=True, among="npy"),
     Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True),
     Format("fbx", (".fbx",), "motion", "FBX 7 scenes", curves=True),
     Format("parquet", (".parquet",), "signal", "Parquet tables", package="pyarrow", extra="parquet"),
 )
+
+
+_BY_PICKLE = (
+    'python -c "import pickle, numpy; '
+    "numpy.savez('{stem}.npz', **pickle.load(open('{name}', 'rb'), encoding='latin1'))\""
+)
+_BY_TORCH = (
+    'python -c "import torch, numpy; '
+    "numpy.savez('{stem}.npz', **{{k: numpy.asarray(v) for k, v in torch.load('{name}', 'cpu').items()}})\""
+)
+_PICKLED = {".pkl": _BY_PICKLE, ".pickle": _BY_PICKLE, ".pt": _BY_TORCH, ".pth": _BY_TORCH}
+"""Endings of pickled Python objects, and the line that takes the arrays out of them."""
 
 
 class FormatModule(Protocol):
@@ -146,7 +161,15 @@ def format_of(path: str | PathLike[str]) -> Format:
     for known in FORMATS:
         if suffix in known.suffixes and not known.among:
             return known
-    endings = ", ".join(suffix for known in FORMATS for suffix in known.suffixes)
+    if suffix in _PICKLED:
+        name = Path(path).name if re.fullmatch(r"[\w. -]+", Path(path).name) else f"FILE{suffix}"
+        line = _PICKLED[suffix].format(name=name, stem=Path(name).stem)
+        raise FormatError(
+            f"a {suffix} file may run any program when it is read, so it is not read; where you trust it, this line "
+            f"makes an archive of its arrays: {line}",
+            path=path,
+        )
+    endings = ", ".join(suffix for known in FORMATS if not known.among for suffix in known.suffixes)
     problem = f"no format ends in {suffix!r}" if suffix else "the name has no ending, which would say the format"
     raise FormatError(
         f"{problem}; known endings are {endings}; each may be followed by {' or '.join(COMPRESSED)}", path=path

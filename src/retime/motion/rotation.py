@@ -241,6 +241,49 @@ def from_rotation_vectors(vectors: ArrayLike) -> FloatArray:
     return normalize(np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * v], axis=-1))
 
 
+def to_rotation_vectors(q: ArrayLike, *, near: ArrayLike | None = None) -> FloatArray:
+    """Find rotation vectors of rotations: the axis, as long as the angle in radians.
+
+    Whole turns about the axis can be added. Among these vectors this picks the one closest to `near`, so that what is
+    written to a file stays continuous.
+
+    Parameters
+    ----------
+    q : float array, shape (..., 4)
+        Unit quaternions.
+    near : float array, shape (..., 3), optional
+        Vectors to stay close to. Left out: zeros, so that no angle is beyond half a turn.
+
+    Returns
+    -------
+    float array, shape (..., 3)
+
+    Examples
+    --------
+    >>> quarter = from_rotation_vectors([0.0, 0.0, np.pi / 2])
+    >>> (to_rotation_vectors(quarter) / np.pi).round(9).tolist()
+    [0.0, 0.0, 0.5]
+    >>> (to_rotation_vectors(quarter, near=[0.0, 0.0, -4.0]) / np.pi).round(9).tolist()
+    [0.0, 0.0, -1.5]
+    """
+    q = np.asarray(q, dtype=np.float64)
+    q = np.where(q[..., :1] < 0, -q, q)
+    sine = np.sqrt(np.sum(q[..., 1:] ** 2, axis=-1, keepdims=True))
+    angle = 2 * np.arctan2(sine, q[..., :1])
+    # sin(angle / 2) / angle is one half at angle 0, where the quotient of both is nothing over nothing.
+    vectors = q[..., 1:] / (0.5 * np.sinc(angle / (2 * np.pi)))
+    if near is None:
+        return np.asarray(vectors)
+    near = np.asarray(near, dtype=np.float64)
+    length = np.sqrt(np.sum(near * near, axis=-1, keepdims=True))
+    # Where it hardly turns its axis says nothing: the one that is near will do.
+    own = sine > 1e-9
+    axis = np.where(own, q[..., 1:] / np.where(own, sine, 1.0), near / np.where(length > 0, length, 1.0))
+    along = np.sum(axis * near, axis=-1, keepdims=True)
+    turns = np.round((along - angle) / (2 * np.pi))
+    return np.asarray(np.where(turns == 0, vectors, axis * (angle + 2 * np.pi * turns)))
+
+
 def to_euler(order: str, q: ArrayLike, *, near: ArrayLike | None = None) -> FloatArray:
     """Find intrinsic Euler angles of rotations.
 

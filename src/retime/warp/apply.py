@@ -182,6 +182,11 @@ def resampled(
     )
 
 
+def quietly_applied(signal: Signal, warp: Warp, *, average: bool) -> Signal:
+    """Do what `apply_warp` does for a signal that goes with a clip which it warned of already."""
+    return resampled(signal, warp, average, None, True, False)
+
+
 def shown_at(signal: Signal, warp: Warp, output_times: FloatArray, *, average: bool) -> FloatArray:
     """Show a signal at evenly spaced output times that are not its own frames'; values, shape (n, n_channels)."""
     _refuse_too_large(signal, warp)
