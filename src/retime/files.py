@@ -9,7 +9,7 @@ import re
 import secrets
 import stat
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from os import PathLike
 from pathlib import Path
 from typing import BinaryIO
@@ -74,28 +74,50 @@ def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, ov
     OSError
         The folder is missing, links lead round in a circle, it can't be written, or the disk is full.
     """
+    with beside(path, overwrite=overwrite) as file:
+        for part in (parts,) if isinstance(parts, bytes) else parts:
+            file.write(part)
+
+
+@contextlib.contextmanager
+def beside(path: str | PathLike[str], *, overwrite: bool) -> Iterator[BinaryIO]:
+    """Open a file beside a place for writing, under a name of its own; in the end sync it, and rename it over.
+
+    Where the block is left by an error nothing is left behind. Another process may write to the file by its name.
+
+    Parameters
+    ----------
+    path : path-like
+        The place. A symbolic link is followed.
+    overwrite : bool
+        Replace a file that is there.
+
+    Raises
+    ------
+    OutputExistsError, FormatError, OSError
+        As of `write_bytes`.
+    """
     path = Path(path)
     if not overwrite and path.exists():
         raise OutputExistsError(path)
     # Follow a symbolic link, so that the rename replaces the file it means and not the link.
     place = resolved(path)
     _check_regular(place, path)
-    beside = name_beside(place)
+    name = name_beside(place)
     try:
-        with beside.open("xb") as file:
+        with name.open("xb") as file:
             _mark_as_alive(file)
-            for part in (parts,) if isinstance(parts, bytes) else parts:
-                file.write(part)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         if overwrite:
             if place.exists():
-                beside.chmod(stat.S_IMODE(place.stat().st_mode))
-            beside.replace(place)
+                name.chmod(stat.S_IMODE(place.stat().st_mode))
+            name.replace(place)
         else:
-            _rename_to_free_name(beside, place, path)
+            _rename_to_free_name(name, place, path)
     except BaseException:
-        beside.unlink(missing_ok=True)
+        name.unlink(missing_ok=True)
         raise
     sync_folder(place.parent)
 

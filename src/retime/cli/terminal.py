@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import sys
 import threading
@@ -114,6 +115,20 @@ class _LiveLine:
 _live_line = _LiveLine()
 
 
+def progress_text(doing: str, seconds: float, share: float) -> str:
+    """Say how long something has taken, and, where it is known how much is done, how long it will still take.
+
+    Examples
+    --------
+    >>> progress_text("reading", 3.2, math.nan), progress_text("writing", 30.0, 0.25)
+    ('reading 3 s', 'writing 30 s, 25 %, about 90 s left')
+    """
+    if math.isnan(share):
+        return f"{doing} {seconds:.0f} s"
+    left = f", about {seconds * (1 - share) / share:.0f} s left" if share >= 0.01 and seconds >= 1 else ""
+    return f"{doing} {seconds:.0f} s, {share:.0%}{left}".replace("%", " %")
+
+
 class Stages:
     """Times the stages of a command; on a terminal, names the one at work.
 
@@ -126,6 +141,8 @@ class Stages:
     def __init__(self, *, quiet: bool = False) -> None:
         self.seconds: dict[str, float] = {}
         self._begun = time.perf_counter()
+        # Of the stage at work, where it tells.
+        self._share = math.nan
         self._live = not quiet and sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
     def elapsed(self) -> float:
@@ -137,6 +154,7 @@ class Stages:
         """Time a stage under `name`, shown as `doing`."""
         start = time.perf_counter()
         done = threading.Event()
+        self._share = math.nan
         ticker = threading.Thread(target=self._tick, args=(doing, start, done), daemon=True)
         if self._live:
             ticker.start()
@@ -149,9 +167,13 @@ class Stages:
                 _live_line.clear()
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
-    @staticmethod
-    def _tick(doing: str, start: float, done: threading.Event) -> None:
+    def tell(self, share: float) -> None:
+        """Take how much of the stage at work is done (`retime.progress`)."""
+        if not math.isnan(share):
+            self._share = share
+
+    def _tick(self, doing: str, start: float, done: threading.Event) -> None:
         while True:
-            _live_line.show(f"{doing} {time.perf_counter() - start:.0f} s")
+            _live_line.show(progress_text(doing, time.perf_counter() - start, self._share))
             if done.wait(_TICK):
                 return
