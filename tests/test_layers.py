@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "formats": {"motion", "warp", "files", "kernels"},
     "hosts": {"motion", "warp", "formats", "files"},
     "data": {"motion", "formats"},
-    "media": {"motion", "warp", "formats"},
+    "media": {"motion", "warp", "formats", "files"},
     "evaluate": {"motion", "warp", "search", "formats", "data", "files"},
     "project": {"motion", "warp", "search", "formats", "hosts", "files"},
     # `retime edit` starts the server; nothing of the server knows the command line.

@@ -1,0 +1,171 @@
+"""The process that opens a media file: bounded in memory, able to open nothing else, free to die.
+
+It takes a job as JSON on its standard input, whose end tells it that nobody waits any more, and tells what it does in
+lines of JSON on its standard output.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+import warnings
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from retime.errors import FormatError, MissingExtraError, RetimeError, words_of
+
+FAILED = 7
+"""How the process ends where it has said why."""
+
+# Bytes that it may have: programs and threads, and, of the media, some hundreds of frames in all.
+MOST_MEMORY = 5 << 30
+# Seconds between two signs of life.
+_TICK = 0.1
+
+
+def main() -> None:
+    """Do the job that the standard input names."""
+    with contextlib.suppress(ValueError, OSError):
+        # Ctrl-C is for the process that waits, which then ends this one.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    channel = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    # What libraries print is no part of what is told.
+    os.dup2(2, 1)
+    job = json.loads(_first_line())
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    tell = _Teller(channel)
+    try:
+        _DOES[job["do"]](job, tell)
+    except (RetimeError, OSError, MemoryError) as error:
+        tell({"error": type(error).__name__, "text": words_of(error), "more": _more(error)})
+        channel.flush()
+        os._exit(FAILED)
+    except BaseException:
+        # Not waiting for threads, as an ending by itself would.
+        traceback.print_exc()
+        sys.stderr.flush()
+        os._exit(1)
+    tell({"done": 1})
+    channel.flush()
+    # Threads of codecs that still wait for something must not keep it.
+    os._exit(0)
+
+
+def _more(error: BaseException) -> dict[str, Any]:
+    if isinstance(error, FormatError):
+        return {"problem": error.problem, "path": error.path}
+    if isinstance(error, MissingExtraError):
+        return {"package": error.package, "extra": error.extra}
+    return {}
+
+
+def _first_line() -> bytes:
+    """Read the standard input to the end of its first line."""
+    parts: list[bytes] = []
+    while not (parts and parts[-1].endswith(b"\n")):
+        part = os.read(0, 1 << 16)
+        if not part:
+            os._exit(1)
+        parts.append(part)
+    return b"".join(parts)
+
+
+def _end_with_parent() -> None:
+    """End where the process that asked has ended: its end of the pipe is closed then."""
+    while os.read(0, 1):
+        pass
+    os._exit(1)
+
+
+class _Teller:
+    """Writes facts; what is told more often than anybody looks is left out."""
+
+    def __init__(self, channel: Any) -> None:
+        self._channel, self._lock = channel, threading.Lock()
+        self._last = 0.0
+
+    def __call__(self, fact: dict[str, Any]) -> None:
+        now = time.monotonic()
+        frequent = "beat" in fact or "share" in fact
+        with self._lock:
+            if frequent and now - self._last < _TICK:
+                return
+            if frequent:
+                self._last = now
+            try:
+                self._channel.write(json.dumps(fact) + "\n")
+                self._channel.flush()
+            except OSError:
+                os._exit(1)
+
+
+def _lock_up(spare: int) -> None:
+    """Bound the memory, and let no more files be opened than are open by now and some that are `spare`."""
+    if sys.platform == "win32":
+        return
+    import resource
+
+    for limit, most in ((resource.RLIMIT_AS, MOST_MEMORY), (resource.RLIMIT_CORE, 0)):
+        with contextlib.suppress(ValueError, OSError):
+            hard = resource.getrlimit(limit)[1]
+            resource.setrlimit(limit, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    # The lowest number that is free is the one that the next file would get.
+    free = os.open(os.devnull, os.O_RDONLY)
+    os.close(free)
+    with contextlib.suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_NOFILE, (free + spare, free + spare))
+
+
+def _load_everything() -> None:
+    """Import what will be used, while files can still be opened."""
+    import tempfile
+
+    from retime.media import encoding, mixing, reader, sound_reader, work  # noqa: F401
+    from retime.media.extras import needed
+
+    # First that which reads no file of its own: its threads start with it.
+    needed("cv2").setNumThreads(1)
+    av = needed("av")
+    av.logging.set_level(av.logging.PANIC)
+    # Where temporary files go is looked up once.
+    tempfile.gettempdir()
+
+
+def _retime(job: dict[str, Any], tell: _Teller) -> None:
+    """Retime a file into one that is there, empty."""
+    _load_everything()
+    from retime.media.extras import needed
+    from retime.media.kinds import is_sequence
+    from retime.media.options import MediaOptions
+    from retime.media.work import Job, Report, retime_file
+    from retime.warp.curve import Warp
+
+    options = MediaOptions.from_json(job["options"])
+    if options.sound == "keep-pitch":
+        try:
+            needed("python_stretch")
+        except MissingExtraError:
+            if not job["only_pictures"]:
+                raise
+    path = Path(job["path"])
+    source: BinaryIO | None = None
+    if not is_sequence(path):
+        source = path.open("rb")
+    with Path(job["beside"]).open("r+b") as target:
+        # Numbered pictures are opened one at a time. Sound is decoded onto the disk, a stream a file.
+        _lock_up(2 if source is None else job["n_spooled"])
+        warnings.simplefilter("ignore")
+        retime_file(Job(path, Path(job["place"]), Warp.from_json(job["warp"]), options), source, target, Report(tell))
+        target.flush()
+
+
+_DOES = {"retime": _retime}
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,309 @@
+"""How the output is encoded: as the input was, where its container can hold that, unless told."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retime.errors import FormatError, OptionError
+from retime.media.extras import needed
+from retime.media.options import MediaOptions
+
+# FFmpeg's names of formats, by endings.
+CONTAINERS = {
+    ".mp4": "mp4", ".m4v": "mp4", ".mov": "mov", ".mkv": "matroska", ".webm": "webm", ".avi": "avi", ".ts": "mpegts",
+    ".mts": "mpegts", ".m2ts": "mpegts", ".mpg": "mpeg", ".mpeg": "mpeg", ".mxf": "mxf", ".3gp": "3gp", ".ogv": "ogg",
+    ".gif": "gif", ".webp": "webp", ".apng": "apng", ".wav": "wav", ".flac": "flac", ".opus": "opus", ".ogg": "ogg",
+    ".mp3": "mp3", ".m4a": "ipod", ".aac": "adts", ".mka": "matroska", ".aiff": "aiff", ".aif": "aiff",
+}  # fmt: skip
+
+# The encoder of a codec, and those that make pictures.
+_ENCODERS = {
+    "h264": "libx264", "hevc": "libx265", "vp9": "libvpx-vp9", "vp8": "libvpx", "av1": "libsvtav1",
+    "prores": "prores_ks", "opus": "libopus", "mp3": "libmp3lame", "vorbis": "libopus", "webp": "libwebp_anim",
+}  # fmt: skip
+_PICTURES = {
+    ".png": "png", ".jpg": "mjpeg", ".jpeg": "mjpeg", ".tif": "tiff", ".tiff": "tiff", ".exr": "exr", ".dpx": "dpx",
+    ".bmp": "bmp", ".webp": "libwebp",
+}  # fmt: skip
+_ONLY = {
+    "gif": "gif",
+    "webp": "libwebp_anim",
+    "apng": "apng",
+    "webm": "libvpx-vp9",
+    "ogg": "libopus",
+    "opus": "libopus",
+}
+_WEBM = {"vp8", "vp9", "av1", "opus", "vorbis"}
+# Encoders that have a number for their quality, and what it is called.
+_CRF = {"libx264": "crf", "libx265": "crf", "libvpx-vp9": "crf", "libvpx": "crf", "libsvtav1": "crf"}
+_MOST_CRF = {"libx264": 51, "libx265": 51}
+# These have no bytes a second: they keep everything, or have a quality of their own.
+_WITHOUT_RATE = {
+    "ffv1",
+    "prores_ks",
+    "qtrle",
+    "png",
+    "rawvideo",
+    "huffyuv",
+    "ffvhuff",
+    "utvideo",
+    "gif",
+    "apng",
+    "dnxhd",
+}
+# The same in all but a name: full range, which is told beside.
+_FULL_RANGE = {"yuvj420p": "yuv420p", "yuvj422p": "yuv422p", "yuvj444p": "yuv444p"}
+
+
+def encoder_for_pictures(place: Path) -> str:
+    """Return the encoder of numbered pictures by their ending."""
+    return _PICTURES[place.suffix.lower()]
+
+
+def encoder_for(kind: str, codec: str | None, container: Any, told: str | None, place: Path) -> str:
+    """Choose an encoder.
+
+    Parameters
+    ----------
+    kind : {"video", "audio"}
+        Of what.
+    codec : str, optional
+        The input's.
+    container : OutputContainer
+        What it goes into.
+    told : str, optional
+        What the user wants.
+    place : Path
+        For messages.
+
+    Raises
+    ------
+    OptionError
+        There is no such encoder, or the container can't hold what it makes.
+    FormatError
+        The container holds nothing of the kind.
+    """
+    av = needed("av")
+    name = container.format.name
+    holds = container.supported_codecs if name != "webm" else _WEBM
+    if told is not None:
+        encoder = _ENCODERS.get(told, told)
+        try:
+            found = av.Codec(encoder, "w")
+        except (av.codec.codec.UnknownCodecError, ValueError):
+            raise OptionError(f"there is no encoder {told!r}; h264, hevc, vp9, av1, prores and ffv1 are some") from None
+        if found.type != kind:
+            raise OptionError(f"{told!r} encodes {found.type}, not {kind}")
+        if found.canonical_name not in holds:
+            raise OptionError(f"{place.suffix} can't hold {told}; .mkv and .mov hold most")
+        return encoder
+    usual = container.default_video_codec if kind == "video" else container.default_audio_codec
+    if name in _ONLY and (kind == "audio") == (_ONLY[name] == "libopus"):
+        return _ONLY[name]
+    if name == "webm":
+        usual = "opus" if kind == "audio" else "vp9"
+    if not usual or usual == "none":
+        raise FormatError(f"a {place.suffix} file holds no {kind}", path=place)
+    for wanted in (codec, usual):
+        encoder = _ENCODERS.get(wanted or "", wanted or "")
+        try:
+            if av.Codec(encoder, "w").canonical_name in holds:
+                return encoder
+        except (av.codec.codec.UnknownCodecError, ValueError):
+            continue
+    raise FormatError(f"nothing here encodes {codec or usual} for a {place.suffix} file", path=place)
+
+
+def pixel_format_for(encoder: str, source: str, told: str | None) -> str:
+    """Choose the pixel format: the source's, or what loses the least of it.
+
+    Raises
+    ------
+    OptionError
+        The encoder doesn't take the one that the user wants.
+    """
+    av = needed("av")
+    takes: list[str] = [one.name for one in av.Codec(encoder, "w").video_formats or []]
+    if told is not None:
+        if takes and told not in takes:
+            raise OptionError(f"{encoder} takes {', '.join(takes)}; not {told}")
+        return told
+    if not takes or source in takes:
+        return source
+    if _FULL_RANGE.get(source) in takes:
+        return _FULL_RANGE[source]
+    if encoder == "gif":
+        return "pal8"
+    return min(takes, key=lambda name: _loss(source, name))
+
+
+def _loss(source: str, name: str) -> tuple[float, ...]:
+    """Say how much of one format another loses: colour, alpha, depth, sharpness of colour; then how much it wastes."""
+    av = needed("av")
+    a, b = av.VideoFormat(source, 64, 64), av.VideoFormat(name, 64, 64)
+
+    def alpha(form: Any) -> bool:
+        return bool(form.has_palette or any(component.is_alpha for component in form.components))
+
+    def depth(form: Any) -> int:
+        return 8 if form.has_palette else max((component.bits for component in form.components), default=8)
+
+    def grey(form: Any) -> bool:
+        return not form.has_palette and len([1 for one in form.components if not one.is_alpha]) == 1
+
+    def chroma(form: Any) -> float:
+        if form.has_palette or form.is_rgb or grey(form):
+            return 1.0
+        return float(form.chroma_width() * form.chroma_height() / 64**2)
+
+    return (
+        float(grey(b) and not grey(a)),
+        float(b.has_palette and not a.has_palette),
+        float(alpha(a) and not alpha(b)),
+        max(0, depth(a) - depth(b)),
+        max(0.0, chroma(a) - chroma(b)),
+        float(bool(a.is_rgb or a.has_palette) != bool(b.is_rgb)),
+        float(alpha(b) and not alpha(a)),
+        depth(b) - depth(a),
+        chroma(b),
+    )
+
+
+def add_video(
+    container: Any,
+    source: Any,
+    frame: Any,
+    rate: Fraction,
+    base: Fraction,
+    bytes_a_second: float | None,
+    options: MediaOptions,
+    place: Path,
+) -> Any:
+    """Add a stream to a container, which has what the input's has: colours, shape of pixels, rotation, names.
+
+    Parameters
+    ----------
+    container : OutputContainer
+        Of PyAV.
+    source : VideoStream, optional
+        Of the input.
+    frame : VideoFrame
+        The first that will be encoded, in the format in which frames are mixed.
+    rate, base : Fraction
+        Frames a second, and seconds a tick of their stamps.
+    bytes_a_second : float, optional
+        Of the input.
+    options : MediaOptions
+        What the user wants.
+    place : Path
+        For messages.
+    """
+    context = None if source is None else source.codec_context
+    codec = None if context is None else context.codec.canonical_name
+    encoder = encoder_for("video", codec, container, options.codec, place)
+    source_format = frame.format.name if context is None or not context.pix_fmt else context.pix_fmt
+    form = pixel_format_for(encoder, source_format, options.pixel_format)
+    wanted = {"x265-params": "log-level=none"} if encoder == "libx265" else {}
+    stream = container.add_stream(encoder, rate=rate, options=wanted)
+    made = stream.codec_context
+    made.time_base = base
+    made.width, made.height, made.pix_fmt = frame.width, frame.height, form
+    made.thread_count = 0
+    set_quality(made, stream, encoder, bytes_a_second, options, wanted)
+    copy_looks(context, source, frame, made, stream, encoder, wanted)
+    made.options = {**made.options, **wanted}
+    return stream
+
+
+def set_quality(
+    made: Any,
+    stream: Any,
+    encoder: str,
+    bytes_a_second: float | None,
+    options: MediaOptions,
+    wanted: dict[str, str],
+) -> None:
+    """Say how good the encoder is to be: as asked for, or by the bytes a second that the input has."""
+    if encoder == "libvpx-vp9":
+        wanted |= {"deadline": "good", "cpu-used": "4", "row-mt": "1"}
+    if encoder == "ffv1":
+        wanted |= {"level": "3", "slices": "4"}
+    if encoder in ("libwebp", "libwebp_anim"):
+        wanted |= {"lossless": "0", "quality": str(90 if options.quality is None else max(1, 100 - options.quality))}
+    elif options.quality is not None:
+        if encoder in _CRF:
+            wanted[_CRF[encoder]] = str(min(options.quality, _MOST_CRF.get(encoder, 63)))
+            if encoder.startswith("libvpx"):
+                wanted["b"] = "0"
+        elif encoder not in _WITHOUT_RATE:
+            # Quantisers of MPEG: from 1 to 31.
+            made.qmin = made.qmax = max(1, min(31, options.quality // 2))
+    elif encoder not in _WITHOUT_RATE and bytes_a_second:
+        made.bit_rate = max(20_000, int(8 * bytes_a_second))
+    elif encoder in _CRF:
+        wanted[_CRF[encoder]] = "18" if encoder in _MOST_CRF else "28"
+    if encoder == "mjpeg":
+        made.qmin = made.qmax = 2 if options.quality is None else max(1, min(31, options.quality // 2))
+
+
+def copy_looks(
+    context: Any, source: Any, frame: Any, made: Any, stream: Any, encoder: str, wanted: dict[str, str]
+) -> None:
+    """Say what the samples mean, as the input says it: range, matrix, primaries, curve, light, shape, rotation."""
+    for name in ("color_range", "color_primaries", "color_trc", "colorspace"):
+        said = getattr(frame, name)
+        # 2 is "not said"; of the range 0 is.
+        if said in (0, 2) and name != "color_range" and context is not None:
+            said = getattr(context, name)
+        setattr(made, name, int(said))
+    if made.pix_fmt in ("rgb24", "rgba", "bgra", "bgr0", "rgb48le", "gbrp", "gbrap"):
+        made.colorspace = 0
+    if context is not None and context.sample_aspect_ratio:
+        made.sample_aspect_ratio = context.sample_aspect_ratio
+    if source is not None:
+        stream.metadata.update({key: value for key, value in source.metadata.items() if key in ("language", "title")})
+    matrix = side_data(frame, "DISPLAYMATRIX")
+    if matrix is not None:
+        stream.set_display_matrix([int(number) for number in np.frombuffer(matrix, np.int32)[:9]])
+    light = light_parameters(frame)
+    if light and encoder == "libx265":
+        wanted["x265-params"] = ":".join([wanted["x265-params"], "hdr10=1", *light])
+    elif light and encoder == "libx264":
+        wanted["x264-params"] = ":".join(
+            one.replace("master-display", "mastering-display").replace("max-cll", "cll") for one in light
+        )
+
+
+def side_data(frame: Any, name: str) -> bytes | None:
+    """Return what a frame carries beside its picture."""
+    av = needed("av")
+    for one in frame.side_data:
+        if one.type == av.sidedata.sidedata.Type[name]:
+            return bytes(one)
+    return None
+
+
+def light_parameters(frame: Any) -> list[str]:
+    """Return how light a picture of high range is, and the screen that it was made on, as x264 and x265 read it."""
+    found = []
+    screen = side_data(frame, "MASTERING_DISPLAY_METADATA")
+    if screen is not None and len(screen) >= 88:
+        numbers = np.frombuffer(screen[:80], np.int32).astype(np.float64).reshape(10, 2)
+        has_colours, has_light = np.frombuffer(screen[80:88], np.int32)
+        if has_colours and has_light and (numbers[:, 1] > 0).all():
+            red, green, blue, white = (numbers[:8, 0] / numbers[:8, 1]).reshape(4, 2)
+            low, high = numbers[8:, 0] / numbers[8:, 1]
+            places = [
+                f"{letter}({round(x * 50000)},{round(y * 50000)})"
+                for letter, (x, y) in (("G", green), ("B", blue), ("R", red), ("WP", white))
+            ]
+            found.append(f"master-display={''.join(places)}L({round(high * 10000)},{round(low * 10000)})")
+    level = side_data(frame, "CONTENT_LIGHT_LEVEL")
+    if level is not None and len(level) >= 8:
+        most, mean = np.frombuffer(level[:8], np.uint32)
+        found.append(f"max-cll={most},{mean}")
+    return found
