@@ -10,6 +10,7 @@ from retime.cli.clip_options import PATH, ClipOptions, clip_options
 from retime.cli.exit_codes import EXIT_FILE, exit_code
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.in_place import Writing
+from retime.cli.media_options import MediaChoices, check_media_place, media_options, say_media
 from retime.cli.output_checks import check_format, check_outputs
 from retime.cli.output_options import (
     bake_option,
@@ -22,7 +23,11 @@ from retime.cli.output_options import (
 from retime.cli.terminal import Stages, report_error, say
 from retime.errors import OptionError, RetimeError, words_of
 
-_EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-dir retimed"
+_EXAMPLES = (
+    "\b\nExamples\n"
+    "  retime apply warp.json walk.bvh camera.csv --out-dir retimed\n"
+    "  retime apply warp.json take.mp4 -o out.mp4 --offset 0.5"
+)
 
 
 @click.command("apply", cls=SectionedCommand, short_help="Use a saved warp on one clip or more.", epilog=_EXAMPLES)
@@ -53,6 +58,7 @@ _EXAMPLES = "\b\nExamples\n  retime apply warp.json walk.bvh camera.csv --out-di
 @on_option
 @bake_option
 @tolerance_option
+@media_options
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
 def command(
@@ -68,24 +74,35 @@ def command(
     on: int | None,
     bake: bool,
     tolerance: float | None,
+    media: MediaChoices,
     force: bool,
     quiet: bool,
 ) -> None:
     """Use a warp that retime warp saved on one clip or more.
 
-    CLIP may be the clip that the warp was found for, its original at the full rate, another character, or a camera.
+    CLIP may be the clip that the warp was found for, its original at the full rate, another character, a camera, or the
+    footage: a video with its sound, sound alone, or numbered pictures (take.%04d.png).
     Where the warp was found with --frames or --drop-first, give the same here. A clip that fails is reported, and the
     others are still written; the exit code says that one failed.
     """
     places = _places(clips, output, out_dir, suffix)
     skeletons = [] if clip_options.skeleton is None else [clip_options.skeleton]
+    from retime.media.kinds import is_media
+
+    footage = {clip for clip in clips if is_media(clip)}
+    inputs = [warp, *clips, *skeletons]
     check_outputs(
-        {f"the output for {clip}": place for clip, place in places.items()},
-        inputs=[warp, *clips, *skeletons],
+        {f"the output for {clip}": place for clip, place in places.items() if clip not in footage},
+        inputs=inputs,
         force=force,
     )
     for clip, place in places.items():
-        check_format(place, like=clip, arrays=clip_options.array)
+        if clip in footage:
+            check_media_place(clip, place, others=inputs, force=force)
+        else:
+            check_format(place, like=clip, arrays=clip_options.array)
+    if not footage:
+        media.refuse_without_media()
 
     from retime.cli.summary import length_text
     from retime.formats.registry import stays_in_place
@@ -97,6 +114,11 @@ def command(
     codes = []
     for clip, place in places.items():
         try:
+            if clip in footage:
+                media.write(clip, clip_options, timing, place, stages, average=average, force=force)
+                if not quiet:
+                    say_media(clip, timing, place)
+                continue
             motion = None
             # Of a scene that is retimed in place all animations are meant, and nothing is sampled.
             in_place = stays_in_place(clip, place, arrays=clip_options.array)
