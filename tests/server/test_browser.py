@@ -95,6 +95,20 @@ def test_edit_undo_die_recover_save_export(rooms, run):
         "warp", str(clip), "--length", "65%", "--key", f"{key['input_time']!r}={key['output_time']!r}", "-o", str(other)
     )
     assert Path(str(found["exported"])).read_bytes() == other.read_bytes()
+    warp = folder / "by_hand.json"
+    run(
+        "warp",
+        str(clip),
+        "--length",
+        "65%",
+        "--key",
+        f"{key['input_time']!r}={key['output_time']!r}",
+        "--save",
+        str(warp),
+    )
+    told = ("--host", "nuke", "--rate", "24", "--start", "1001", "--item", "Shot12")
+    run("export", str(warp), "-o", str(folder / "by_hand.nk"), *told)
+    assert Path(str(found["curve"])).read_bytes() == (folder / "by_hand.nk").read_bytes()
     assert len(list(Path(rooms["shots"]).glob("*.png"))) >= 10
 
 

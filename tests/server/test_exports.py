@@ -113,6 +113,54 @@ def test_an_export_is_what_the_command_line_writes(exporting, run, monkeypatch, 
     assert (served.folder / "page.bvh").read_bytes() == (served.folder / "line.bvh").read_bytes()
 
 
+@pytest.mark.parametrize(
+    ("curve", "arguments"),
+    [
+        (
+            {"host": "nuke", "path": "page.nk", "rate": "24", "start": "1001", "item": "A"},
+            "--rate 24 --start 1001 --item A",
+        ),
+        # Frames a second that nobody named are the clip's.
+        ({"host": "maya", "path": "page.ma"}, "--rate 60"),
+        ({"host": "ffmpeg", "path": "page.txt", "rate": "29.97"}, "--rate 30000/1001"),
+    ],
+)
+def test_a_curve_is_what_the_command_line_writes(exporting, run, monkeypatch, curve, arguments) -> None:
+    page, served, plain = exporting
+    monkeypatch.chdir(served.folder)
+    page.edit(**{**plain, "options": {"length": "80%"}})
+    page.told()
+    page.say("export", what="warp", path="page.json", clip=0, overwrite=True)
+    assert page.until("exported", "notice")["error"] == ""
+    page.say("export_curve", **{"rate": "", "start": "", "item": "", "overwrite": False, **curve})
+    done = page.until("exported", "notice")
+    assert (done["type"], done["what"]) == ("exported", "curve")
+    assert done["error"].endswith("at most, read back from the file")
+    suffix = curve["path"][4:]
+    said = run("export", "page.json", "-o", f"line{suffix}", "--host", curve["host"], *arguments.split()).stdout
+    assert done["error"] in said
+    assert (served.folder / curve["path"]).read_bytes() == (served.folder / f"line{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("curve", "says"),
+    [
+        ({"host": "nuke", "path": "x.nk", "start": "one"}, "expected the first frame's number"),
+        ({"host": "nuke", "path": "x.nk", "rate": "fast"}, "expected a frame rate"),
+        ({"host": "abacus", "path": "x.nk"}, "no host is called 'abacus'"),
+        ({"host": "usd-clips", "path": "x.usda"}, "needs --item"),
+        ({"host": "csv", "path": "jump.bvh", "overwrite": True}, "an input is never overwritten"),
+    ],
+)
+def test_a_curve_that_can_t_be_written_is_refused(exporting, curve, says) -> None:
+    page, served, _ = exporting
+    page.say("export_curve", **{"rate": "", "start": "", "item": "", "overwrite": False, **curve})
+    notice = page.until("exported", "notice")
+    assert notice["type"] == "notice"
+    assert says in notice["text"]
+    assert not list(served.folder.glob("x.*"))
+
+
 def test_a_picture_and_the_clips_that_follow_are_what_the_command_line_writes(folder, run, monkeypatch) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(folder)

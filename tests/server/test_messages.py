@@ -19,7 +19,7 @@ from retime.server.message_coding import read_message, write_message
 TOOLS = Path(__file__).resolve().parents[2] / "tools"
 
 
-@pytest.mark.parametrize("name", ["make_messages", "make_options"])
+@pytest.mark.parametrize("name", ["make_messages", "make_options", "make_hosts"])
 def test_the_page_speaks_the_language_of_the_server_and_shows_its_options(name) -> None:
     spec = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
     tool = importlib.util.module_from_spec(spec)

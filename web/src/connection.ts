@@ -5,6 +5,7 @@ import {
   type ArrayMessage,
   type Browse,
   type Document,
+  type ExportCurve,
   type Found,
   type Listing,
   type PageMessage,
@@ -116,6 +117,10 @@ export class Connection implements LinkEvents {
     this.say({ type: "export", what, path, clip, overwrite });
   }
 
+  exportCurve(curve: Omit<ExportCurve, "type">): void {
+    this.say({ type: "export_curve", ...curve });
+  }
+
   browse(folder: string | null, holds: Browse["holds"]): void {
     this.say({ type: "browse", folder, holds });
   }
@@ -170,7 +175,7 @@ export class Connection implements LinkEvents {
         this.events.notice("info", `Saved ${message.path}`);
         break;
       case "exported":
-        this.events.notice("info", `Wrote ${message.path}`);
+        this.events.notice("info", `Wrote ${message.path}${message.error && `: off by ${message.error}`}`);
         break;
       case "listing":
         this.events.listing(message);

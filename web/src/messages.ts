@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 4;
+export const VERSION = 5;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
@@ -221,6 +221,17 @@ export interface Export {
   readonly overwrite: boolean;
 }
 
+/** Write the warp as the retime curve of another program. */
+export interface ExportCurve {
+  readonly type: "export_curve";
+  readonly host: string;
+  readonly path: string;
+  readonly rate: string;
+  readonly start: string;
+  readonly item: string;
+  readonly overwrite: boolean;
+}
+
 /** Ask for the files of a folder that the page may open from and write to. */
 export interface Browse {
   readonly type: "browse";
@@ -244,6 +255,7 @@ export type PageMessage =
   | Save
   | Open
   | Export
+  | ExportCurve
   | Browse
   | Find;
 
@@ -304,8 +316,9 @@ export interface Saved {
 /** An export was written. */
 export interface Exported {
   readonly type: "exported";
-  readonly what: "motion" | "warp" | "picture";
+  readonly what: "motion" | "warp" | "picture" | "curve";
   readonly path: string;
+  readonly error: string;
 }
 
 /** The files of a folder that retime can open, and the folders in it. */

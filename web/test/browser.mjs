@@ -166,6 +166,34 @@ try {
   await page.getByRole("button", { name: "Write", exact: true }).click();
   await page.getByText(`Wrote ${exported}`).waitFor({ timeout: 60_000 });
 
+  // The same warp for another program; what can be named and numbered is that program's.
+  const curve = join(folder, "curve.nk");
+  await page.keyboard.press("Control+e");
+  const dialog = page.getByRole("dialog");
+  const field = (name) => dialog.getByLabel(name, { exact: true });
+  await field("What").selectOption({ label: "Retime curve for another program" });
+  await field("Program").selectOption({ label: "Lottie, a precomposition with a time remap" });
+  assert.equal(await field("First frame").isVisible(), false);
+  assert.match(await field("Path").inputValue(), /_retime\.json$/);
+  await field("Program").selectOption({ label: "Nuke, a TimeWarp node" });
+  await field("Rate").fill("24");
+  await field("First frame").fill("1001");
+  await field("For").fill("Shot12");
+  assert.match(await field("Path").inputValue(), /_retime\.nk$/);
+  await shot("curve");
+  const seen = await stumbles(editor);
+  await field("Path").fill(curve);
+  await page.getByRole("button", { name: "Write", exact: true }).click();
+  await page.getByText(`Wrote ${curve}: off by under 0.000001 frames`).waitFor({ timeout: 60_000 });
+  // What a program can't play is told.
+  await page.keyboard.press("Control+e");
+  await field("First frame").fill("soon");
+  await field("Path").fill(join(folder, "not.nk"));
+  await page.getByRole("button", { name: "Write", exact: true }).click();
+  await page.getByText("not exported: expected the first frame's number").waitFor();
+  await editor.dismiss();
+  assert.deepEqual(seen, []);
+
   // References: another file, and the clip itself; listed, weighed, ranged and mapped, and taken back.
   const listed = () => page.getByRole("group", { name: "References" }).locator(".pick").allInnerTexts();
   assert.deepEqual(await listed(), ["The clip itself"]);
@@ -285,7 +313,7 @@ try {
     [...editor.hosts].filter((host) => !/^127\.0\.0\.1:\d+$/.test(host)),
     [],
   );
-  console.log(JSON.stringify({ project, exported, key: movedLabel, before: before.input, after: after.input }));
+  console.log(JSON.stringify({ project, exported, curve, key: movedLabel, before: before.input, after: after.input }));
 } finally {
   await browser.close();
   server.process.kill("SIGKILL");

@@ -111,7 +111,7 @@ def _script(at: list[str], use: list[str], unit: str, item: str) -> str:
     return (
         f"# Retimes animation curves of the open scene ({len(names)}), and nothing else. Run it in the Script Editor\n"
         "# (Python). To take it back, use Undo or delete the node.\n"
-        "from maya import cmds\n\n"
+        "from maya import cmds, mel\n\n"
         f"UNIT = {quoted(unit)}\n"
         f"CURVES = [{', '.join(quoted(name) for name in names)}]\n"
         f"AT_FRAME = [{', '.join(at)}]\n"
@@ -125,9 +125,12 @@ def _script(at: list[str], use: list[str], unit: str, item: str) -> str:
         "cmds.undoInfo(openChunk=True)\n"
         "try:\n"
         '    warp = cmds.createNode("animCurveTT", name="retimeWarp")\n'
-        "    for at, shows in zip(AT_FRAME, SHOWS_FRAME):\n"
-        "        cmds.setKeyframe(warp, time=at, value=shows)\n"
-        '    cmds.keyTangent(warp, edit=True, inTangentType="linear", outTangentType="linear")\n'
+        f'    cmds.setAttr(warp + ".tan", {_LINEAR})\n'
+        '    cmds.setAttr(warp + ".wgt", False)\n'
+        "    # Keys as a scene file has them: pairs of frames, in the unit above.\n"
+        '    pairs = " ".join("%r %r" % pair for pair in zip(AT_FRAME, SHOWS_FRAME))\n'
+        "    n = len(AT_FRAME)\n"
+        """    mel.eval('setAttr -s %d "%s.ktv[0:%d]" %s' % (n, warp, n - 1, pairs))\n"""
         "    for name in CURVES:\n"
         '        cmds.connectAttr(warp + ".output", name + ".input", force=True)\n'
         "finally:\n"

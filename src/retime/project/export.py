@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,12 +10,16 @@ from retime.errors import FormatError, OptionError
 from retime.files import resolved
 from retime.formats.registry import animation_names, retime_file, stays_in_place, write
 from retime.formats.warp_file import write_warp
+from retime.hosts.exporting import export_curve
 from retime.motion.channels import parse_channels
+from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
 from retime.project.document import Document
 from retime.project.file import files_of
 from retime.project.solve import Solution
 from retime.warp.apply import apply_warp
+
+_WHOLE = re.compile(r"[+-]?\d{1,9}", re.ASCII)
 
 
 def check_no_input(place: Path, document: Document) -> None:
@@ -77,3 +82,45 @@ def export_warp(solution: Solution, place: Path, *, overwrite: bool) -> None:
     if place.suffix.lower() != ".json":
         raise FormatError("a warp's name ends in .json", path=place)
     write_warp(solution.warp, place, overwrite=overwrite)
+
+
+def export_for_host(
+    solution: Solution, place: Path, host: str, *, rate: str, start: str, item: str, overwrite: bool
+) -> str:
+    """Write the warp as the retime curve of another program, as `retime export` does.
+
+    Parameters
+    ----------
+    solution : Solution
+        Whose warp it is.
+    place : Path
+        The file.
+    host : str
+        The program.
+    rate, start : str
+        Frames a second and the first frame's number, as a person wrote them; empty: those of the first clip, and the
+        program's custom.
+    item : str
+        What it is for.
+    overwrite : bool
+        Replace a file that is there.
+
+    Returns
+    -------
+    str
+        How far the curve is off, in words.
+
+    Raises
+    ------
+    OptionError
+        The place is an input, or the program can't play this; says what would do.
+    OutputExistsError, FormatError, OSError
+        It can't be written.
+    """
+    check_no_input(place, solution.document)
+    frames = parse_rate(rate) if rate.strip() else solution.sources.clips[0].rate
+    first = int(start.strip()) if _WHOLE.fullmatch(start.strip()) else None
+    if start.strip() and first is None:
+        raise OptionError(f"expected the first frame's number, such as 1001, found {start[:40]!r}")
+    done = export_curve(solution.warp, place, host, rate=frames, start=first, item=item.strip(), overwrite=overwrite)
+    return done.error_text

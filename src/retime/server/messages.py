@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 4
+VERSION = 5
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -159,6 +159,34 @@ class Export:
     what: Literal["motion", "warp", "picture"]
     path: str
     clip: int
+    overwrite: bool
+
+
+@dataclass(frozen=True)
+class ExportCurve:
+    """Write the warp as the retime curve of another program.
+
+    Attributes
+    ----------
+    host : str
+        Which, as `retime.hosts.registry.HOSTS` names it.
+    path : str
+        Where.
+    rate : str
+        Frames a second of the shot, as a person wrote it; empty: that of the first clip.
+    start : str
+        The number of the shot's first frame, as a person wrote it; empty: the program's custom.
+    item : str
+        What it is for; empty where nobody said.
+    overwrite : bool
+        Replace a file that is there; an input is never replaced.
+    """
+
+    host: str
+    path: str
+    rate: str
+    start: str
+    item: str
     overwrite: bool
 
 
@@ -323,14 +351,17 @@ class Exported:
 
     Attributes
     ----------
-    what : {"motion", "warp", "picture"}
+    what : {"motion", "warp", "picture", "curve"}
         What was.
     path : str
         Where.
+    error : str
+        Of a curve, how far it is from the warp, in words; else empty.
     """
 
-    what: Literal["motion", "warp", "picture"]
+    what: Literal["motion", "warp", "picture", "curve"]
     path: str
+    error: str
 
 
 @dataclass(frozen=True)
@@ -597,10 +628,10 @@ class Kept:
     __repr__ = brief_repr
 
 
-FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, Browse, Find)
+FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, ExportCurve, Browse, Find)
 FROM_SERVER = (Welcome, State, Ack, Problem, Notice, Saved, Exported, Listing, Found)
 FROM_SERVER_WITH_ARRAYS = (Clip, Curve, Why, Kept)
 
-PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | Browse | Find
+PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | ExportCurve | Browse | Find
 TextMessage = Welcome | State | Ack | Problem | Notice | Saved | Exported | Listing | Found
 ServerMessage = TextMessage | Clip | Curve | Why | Kept

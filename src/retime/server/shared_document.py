@@ -168,7 +168,7 @@ class SharedDocument:
                 self._save(page, message)
             case messages.Open():
                 self._open(page, message.path)
-            case messages.Export():
+            case messages.Export() | messages.ExportCurve():
                 self._export(page, message)
             case messages.Browse():
                 page.put(files.listing(self._places, message.folder, message.holds))
@@ -318,7 +318,7 @@ class SharedDocument:
 
         self._writer.put(Change(opened, done, failed))
 
-    def _export(self, page: Outbox, message: messages.Export) -> None:
+    def _export(self, page: Outbox, message: messages.Export | messages.ExportCurve) -> None:
         place = self._places.find(message.path)
         document, project = self._history.present, self._workspace.path
         if place == project:

@@ -13,7 +13,7 @@ from pathlib import Path
 from retime.errors import OptionError, RetimeError, RetimeWarning
 from retime.progress import watching
 from retime.project.document import Document
-from retime.project.export import check_no_input, export_motion, export_warp
+from retime.project.export import check_no_input, export_for_host, export_motion, export_warp
 from retime.project.faults import Fault, fault_of
 from retime.project.reader import Find, Sources
 from retime.project.solve import DocumentSolver, Solution
@@ -119,18 +119,23 @@ class SolverThread:
         self._good = None
 
     def export(
-        self, message: messages.Export, document: Document, place: Path, say: Callable[[ServerMessage], None]
+        self,
+        message: messages.Export | messages.ExportCurve,
+        document: Document,
+        place: Path,
+        say: Callable[[ServerMessage], None],
     ) -> None:
         """Have a document solved and exported; `say` is called with what came of it, in the thread."""
 
         def export() -> None:
             try:
                 with _warnings_told(say):
-                    self._write_export(message, document, place)
-            except Exception as error:
-                say(messages.Notice("error", f"not exported: {words_for_page(error)}"))
+                    error = self._write_export(message, document, place)
+            except Exception as problem:
+                say(messages.Notice("error", f"not exported: {words_for_page(problem)}"))
             else:
-                say(messages.Exported(message.what, str(place)))
+                what = message.what if isinstance(message, messages.Export) else "curve"
+                say(messages.Exported(what, str(place), error))
 
         self._worker.add(export)
 
@@ -207,9 +212,20 @@ class SolverThread:
     def _tell(self, job: Job, found: dict[str, ServerMessage]) -> None:
         self._found(Findings(job, found))
 
-    def _write_export(self, message: messages.Export, document: Document, place: Path) -> None:
+    def _write_export(self, message: messages.Export | messages.ExportCurve, document: Document, place: Path) -> str:
+        """Write what is asked for; return how far a curve is off, in words."""
         check_no_input(place, document)
         solution = self._solver.solve(document)
+        if isinstance(message, messages.ExportCurve):
+            return export_for_host(
+                solution,
+                place,
+                message.host,
+                rate=message.rate,
+                start=message.start,
+                item=message.item,
+                overwrite=message.overwrite,
+            )
         if message.what == "motion":
             export_motion(solution, message.clip, place, overwrite=message.overwrite)
         elif message.what == "warp":
@@ -226,6 +242,7 @@ class SolverThread:
                 path=place,
                 overwrite=message.overwrite,
             )
+        return ""
 
 
 @contextlib.contextmanager

@@ -1,19 +1,24 @@
 /** Writing a file: the project, or what comes of it. */
 
 import type { Connection } from "../../connection";
-import { make, setText } from "../../dom";
+import { make, setAttribute, setText } from "../../dom";
+import { HOSTS, type Host } from "../../hosts";
 import type { Found } from "../../messages";
 import type { Store } from "../../store";
 import { check, choice, textField } from "../fields";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
 
-type Export = "motion" | "warp" | "picture";
+type Export = "motion" | "warp" | "curve" | "picture";
 
 export class WriteDialog {
   readonly root = makeDialog("Write");
   private readonly title = make("h3", {}, "Save project");
   private readonly what = choice<Export>("What", "What to write", () => this.suggest());
   private readonly clip = choice<string>("Clip", "Of a group: which clip", () => this.suggest());
+  private readonly host = choice<string>("Program", "For which program, or in which form", () => this.suggest());
+  private readonly rate = textField("Rate", "Frames a second of the shot; left empty, those of the clip", () => true);
+  private readonly start = textField("First frame", "The number of the shot's first frame", () => true);
+  private readonly item = textField("For", "", () => this.suggest());
   private readonly path = textField("Path", "The name's ending says in which format", () => true);
   private readonly refusal = new Refusal();
   private readonly overwrite = check("Replace the file if it is there", "", (on) => (this.mayOverwrite = on));
@@ -27,7 +32,17 @@ export class WriteDialog {
     const go = make("button", { type: "submit", class: "button main" }, "Write");
     const body = form(
       this.title,
-      [this.what.row, this.clip.row, this.path.row, this.refusal.root, this.overwrite.row],
+      [
+        this.what.row,
+        this.clip.row,
+        this.host.row,
+        this.rate.row,
+        this.start.row,
+        this.item.row,
+        this.path.row,
+        this.refusal.root,
+        this.overwrite.row,
+      ],
       [closeButton(this.root, "Cancel"), go],
     );
     onSubmit(body, () => this.submit());
@@ -45,6 +60,7 @@ export class WriteDialog {
       [
         { value: "motion", text: "Motion, retimed" },
         { value: "warp", text: "Warp (JSON)" },
+        { value: "curve", text: "Retime curve for another program" },
         { value: "picture", text: "Picture of the warp (SVG, PNG, PDF)" },
       ],
       this.kind || "motion",
@@ -52,6 +68,10 @@ export class WriteDialog {
     this.clip.show(
       this.store.clips.map((clip, i) => ({ value: String(i), text: clip.name })),
       String(this.store.view.clip),
+    );
+    this.host.show(
+      HOSTS.map(({ name, title }) => ({ value: name, text: title })),
+      this.host.select.value || "nuke",
     );
     this.mayOverwrite = false;
     this.refusal.say(null);
@@ -72,7 +92,25 @@ export class WriteDialog {
     if (refused !== null) return;
     this.root.close();
     if (this.saving) this.connection.save(place, this.mayOverwrite);
-    else this.connection.export(this.kind, place, this.which, this.mayOverwrite);
+    else if (this.kind !== "curve") this.connection.export(this.kind, place, this.which, this.mayOverwrite);
+    else {
+      const { name, firstFrame, item } = this.chosen;
+      this.connection.exportCurve({
+        host: name,
+        path: place,
+        rate: this.rate.input.value.trim(),
+        start: firstFrame === null ? "" : this.start.input.value.trim(),
+        item: item === "" ? "" : this.item.input.value.trim(),
+        overwrite: this.mayOverwrite,
+      });
+    }
+  }
+
+  /** The program that a curve is for. */
+  private get chosen(): Host {
+    const found = HOSTS.find(({ name }) => name === this.host.select.value) ?? HOSTS[0];
+    if (!found) throw new Error("there is no host");
+    return found;
   }
 
   private get kind(): Export {
@@ -96,14 +134,33 @@ export class WriteDialog {
   }
 
   /** Suggest a path that says what is in it, beside the clip or the project. */
-  private suggest(): void {
+  private suggest(): boolean {
     const { state, document, clips } = this.store;
     const which = this.saving ? 0 : this.which;
     const source = document?.clips[which]?.path ?? clips[which]?.name ?? "clip";
     this.clip.row.hidden = this.saving || this.kind !== "motion" || clips.length < 2;
+    const host = this.chosen;
+    const curve = !this.saving && this.kind === "curve";
+    for (const { row } of [this.host, this.rate]) row.hidden = !curve;
+    this.start.row.hidden = !curve || host.firstFrame === null;
+    this.item.row.hidden = !curve || host.item === "";
+    setAttribute(this.start.input, "placeholder", host.firstFrame === null ? null : String(host.firstFrame));
+    setAttribute(this.item.input, "placeholder", host.item);
+    setAttribute(this.item.input, "title", `What the curve is for: ${host.item}`);
+    setAttribute(this.rate.input, "placeholder", "frames a second: as the clip");
+    // Of Maya: a scene, or a script for what is named.
+    const named = host.item !== "" && this.item.input.value.trim() !== "";
+    const suffix =
+      (named && host.suffixes.length > 1 && host.name === "maya" ? host.suffixes[1] : null) ?? host.suffixes[0];
     const [, stem = source, ending = ""] = /^(.*?)(\.[^./\\]+)?$/u.exec(source) ?? [];
     this.path.input.value = this.saving
       ? (state?.path ?? `${stem}.retime`)
-      : { motion: `${stem}_retimed${ending}`, warp: `${stem}_warp.json`, picture: `${stem}_warp.svg` }[this.kind];
+      : {
+          motion: `${stem}_retimed${ending}`,
+          warp: `${stem}_warp.json`,
+          curve: `${stem}_retime${suffix}`,
+          picture: `${stem}_warp.svg`,
+        }[this.kind];
+    return true;
   }
 }
