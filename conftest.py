@@ -14,3 +14,7 @@ if not find_spec("anywidget"):
 # The examples of Parquet need the extra "parquet".
 if not find_spec("pyarrow"):
     collect_ignore += ["docs/parquet.md"]
+# What runs USD's own libraries needs the extra "usd".
+if not find_spec("pxr"):
+    names = ("animation", "retime", "splines", "stage", "text", "write")
+    collect_ignore += [f"src/retime/formats/curves/usd_{name}.py" for name in names]

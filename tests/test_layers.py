@@ -230,6 +230,10 @@ def test_a_circle_is_found_with_all_of_its_files(tmp_path) -> None:
 # What works where NumPy is, and nothing else (tests/core_alone.py uses it there); and what of it can do more.
 CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "hosts", "data", "project"}
 MORE = {("search/explain.py", "pandas"), ("formats/parquet.py", "pyarrow")}
+MORE |= {
+    (f"formats/curves/usd_{one}.py", "pxr") for one in ("animation", "child", "retime", "splines", "stage", "text")
+}
+MORE |= {("formats/curves/usd_write.py", "pxr")}
 
 
 def test_the_core_needs_no_package_but_numpy() -> None:

@@ -18,7 +18,8 @@ def page() -> str:
         in_place = "retimed in place" if known.curves or known.frames else ""
         written = "; ".join(part for part in ("yes" if known.writes else "", in_place) if part) or "no"
         endings = ", ".join(f"`{suffix}`" for suffix in known.suffixes)
-        rows.append(f"| {known.title} | {endings} | a {known.holds} | yes | {written} |")
+        read = f"yes, with the extra `{known.extra}`" if known.extra else "yes"
+        rows.append(f"| {known.title} | {endings} | a {known.holds} | {read} | {written} |")
     table = "\n".join(rows)
     return _MARKS.sub(lambda found: f"{found[1]}{table}\n{found[2]}", PAGE.read_text(encoding="utf-8"))
 

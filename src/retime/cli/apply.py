@@ -15,6 +15,7 @@ from retime.cli.output_checks import check_format, check_outputs
 from retime.cli.output_options import (
     bake_option,
     held_frames,
+    layer_option,
     no_average_option,
     on_option,
     on_twos_option,
@@ -58,6 +59,7 @@ _EXAMPLES = (
 @on_option
 @bake_option
 @tolerance_option
+@layer_option
 @media_options
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
@@ -74,6 +76,7 @@ def command(
     on: int | None,
     bake: bool,
     tolerance: float | None,
+    layer: str | None,
     media: MediaChoices,
     force: bool,
     quiet: bool,
@@ -110,7 +113,7 @@ def command(
 
     stages = Stages(quiet=quiet)
     timing = read_warp(warp)
-    writing = Writing(average, held_frames(on_twos, on), bake, tolerance, force)
+    writing = Writing(average, held_frames(on_twos, on), bake, tolerance, layer, force)
     codes = []
     for clip, place in places.items():
         try:
@@ -137,8 +140,9 @@ def command(
         if quiet:
             continue
         if result is None or motion is None:
-            cut = f"its curves {'baked' if bake else 'cut'}"
-            what = "its frames resampled" if in_place is not None and in_place.frames else cut
+            what = "a layer over it" if layer else f"its curves {'baked' if bake else 'cut'}"
+            if in_place is not None and in_place.frames:
+                what = "its frames resampled"
             say(f"{place}: {what}, {timing.output_span:.3f} s from {clip}")
         else:
             say(

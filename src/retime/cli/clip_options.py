@@ -73,6 +73,8 @@ class ClipOptions:
         Arrays of an NPZ.
     animation : str, optional
         Which animation of a scene.
+    allow_outside : bool
+        Let a scene be composed of files outside its folder.
     is_reference : bool
         Whether the clip is to be imitated.
     """
@@ -89,6 +91,7 @@ class ClipOptions:
     array: tuple[str, ...] = ()
     root: str | None = None
     animation: str | None = None
+    allow_outside: bool = False
     is_reference: bool = False
 
     def read_options(self) -> ReadOptions:
@@ -104,6 +107,7 @@ class ClipOptions:
             gaps=self.gaps,
             arrays=self.array,
             animation=self.animation,
+            outside=self.allow_outside,
         )
 
     def read(self, path: Path, *, beside: bool = False) -> AnyMotion:
@@ -280,7 +284,15 @@ _OPTIONS = (
         section="Input",
         metavar="NAME",
         default_text="all; to look at, the first",
-        help="Which animation of a scene (.glb, .gltf, .fbx), by its name or its number, counted from 0.",
+        help="Which animation of a scene (.glb, .gltf, .fbx, USD), by its name or its number, counted "
+        "from 0; of USD also the path of a prim or an attribute: what is looked at, for all of the scene is retimed.",
+    ),
+    click.option(
+        "--allow-outside",
+        cls=Option,
+        section="Input",
+        is_flag=True,
+        help="Let a USD scene be composed of files outside its folder: read what it names, wherever that is.",
     ),
 )
 
@@ -303,10 +315,23 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
         array: tuple[str, ...],
         root: str | None,
         animation: str | None,
+        allow_outside: bool,
         **rest: Any,
     ) -> None:
         options = ClipOptions(
-            frames, drop_first, fps, skeleton, repair, decimal_comma, up, channels, gaps, array, root, animation
+            frames,
+            drop_first,
+            fps,
+            skeleton,
+            repair,
+            decimal_comma,
+            up,
+            channels,
+            gaps,
+            array,
+            root,
+            animation,
+            allow_outside,
         )
         function(clip_options=options, **rest)
 

@@ -30,6 +30,8 @@ class Writing:
         Of curves: put a key on every frame.
     tolerance : float, optional
         Of curves: seconds; None is the default of `retime.formats.registry.retime_file`.
+    layer : str, optional
+        Of USD: the kind of layer that shows the file, in place of the file retimed.
     force : bool
         Replace what is there.
     """
@@ -38,6 +40,7 @@ class Writing:
     held: int
     bake: bool
     tolerance: float | None
+    layer: str | None
     force: bool
 
     def write(
@@ -59,6 +62,10 @@ class Writing:
         from retime.formats.registry import stays_in_place, write
 
         known = stays_in_place(source, place, arrays=options.array)
+        if self.layer is not None and not (known is not None and known.layers):
+            raise OptionError(
+                f"--layer {self.layer} shows a USD scene, in a .usda, .usdc or .usd; {place} would be none of {source}"
+            )
         if known is not None and known.frames:
             with stages.stage("write", "writing"):
                 self._write_frames(source, options, clip, warp, place)
@@ -124,6 +131,8 @@ class Writing:
             rate=options.fps,
             bake=self.bake,
             average=self.average,
+            layer=self.layer,
+            outside=options.allow_outside,
             overwrite=self.force,
             **more,
         )

@@ -95,7 +95,7 @@ bake_option = click.option(
     "--bake",
     cls=Option,
     is_flag=True,
-    help="Of a scene (.glb, .gltf, .fbx): put a key on every frame, in place of cutting its curves at a warp's knots.",
+    help="Of a scene (.glb, .gltf, .fbx, USD): put a key on every frame, in place of cutting curves at a warp's knots.",
 )
 
 
@@ -110,6 +110,15 @@ tolerance_option = click.option(
     callback=parsed(_tolerance),
     default_text="0.001",
     help="Of a scene: how far the warp's knots may be thinned out before its curves are cut at them.",
+)
+
+layer_option = click.option(
+    "--layer",
+    cls=Option,
+    metavar="KIND",
+    type=click.Choice(["clips", "over"]),
+    help="Of a USD scene: leave the file as it is, and write a small layer that shows it with new timing. clips: by "
+    "value clips, whose times are the warp. over: with new time samples over the file's own.",
 )
 
 _OPTIONS = (
@@ -154,6 +163,7 @@ _OPTIONS = (
     on_option,
     bake_option,
     tolerance_option,
+    layer_option,
     click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never the input."),
     click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object instead of the summary."),
     click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary."),
@@ -174,6 +184,7 @@ class OutputOptions:
     on: int | None
     bake: bool
     tolerance: float | None
+    layer: str | None
     force: bool
     as_json: bool
     quiet: bool
@@ -211,7 +222,7 @@ class OutputOptions:
     @property
     def writing(self) -> Writing:
         """How clips are written."""
-        return Writing(self.average, self.held, self.bake, self.tolerance, self.force)
+        return Writing(self.average, self.held, self.bake, self.tolerance, self.layer, self.force)
 
     @property
     def places(self) -> list[Path]:

@@ -313,7 +313,8 @@ def _animations(request: _Request) -> list[str]:
         return []
     from retime.formats.registry import animation_names
 
-    return animation_names(request.clip, animation=request.clip_options.animation)
+    options = request.clip_options
+    return animation_names(request.clip, animation=options.animation, outside=options.allow_outside)
 
 
 def _warp_each(request: _Request, names: list[str]) -> None:

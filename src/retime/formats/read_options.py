@@ -83,6 +83,8 @@ class ReadOptions:
         Arrays of an NPZ that are meant; none given, those that are usual.
     animation : str, optional
         Which animation of a file that has several, by its name or, where no name is this, its number from 0.
+    outside : bool
+        Files outside a scene's folder may be read, where it is composed of them.
     limits : Limits
         Sizes not to go past.
     """
@@ -95,4 +97,5 @@ class ReadOptions:
     gaps: GapPolicy | None = None
     arrays: tuple[str, ...] = ()
     animation: str | None = None
+    outside: bool = False
     limits: Limits = field(default_factory=Limits)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
@@ -62,6 +62,10 @@ class Format:
         Whether its module has more to tell of a file than what is read (`facts_of`).
     package, extra : str
         A package that it needs beyond retime's own, and the extra that installs it.
+    imports : str
+        What that package is imported as, where that is another name.
+    layers : tuple of str
+        Kinds of new files that show one of this format, itself untouched, with new timing (`retime_file`).
     """
 
     name: str
@@ -75,6 +79,8 @@ class Format:
     facts: bool = False
     package: str = ""
     extra: str = ""
+    imports: str = ""
+    layers: tuple[str, ...] = ()
 
 
 FORMATS = (
@@ -89,6 +95,17 @@ FORMATS = (
     Format("humanml3d", (".npy",), "signal", "HumanML3D features", writes=False, frames=True, among="npy"),
     Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True),
     Format("fbx", (".fbx",), "motion", "FBX 7 scenes", curves=True),
+    Format(
+        "usd",
+        (".usda", ".usdc", ".usd", ".usdz"),
+        "motion",
+        "USD scenes",
+        curves=True,
+        package="usd-core",
+        extra="usd",
+        imports="pxr",
+        layers=("clips", "over"),
+    ),
     Format("parquet", (".parquet",), "signal", "Parquet tables", package="pyarrow", extra="parquet"),
 )
 
@@ -130,6 +147,18 @@ class CurveModule(FormatModule, Protocol):
         self, path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions, *, average: bool
     ) -> dict[str, bytes]:
         """Put a key on every frame instead."""
+
+    def layer(
+        self,
+        path: Path,
+        data: bytes,
+        warps: Warp | Mapping[str, Warp],
+        options: ReadOptions,
+        *,
+        kind: str,
+        place: Path,
+    ) -> dict[str, bytes]:
+        """Make a file for `place` that shows this one with new timing, where the format has such (`Format.layers`)."""
 
 
 class FramesModule(FormatModule, Protocol):
@@ -251,7 +280,7 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
             f"{known.holds} is {what[known.holds]}); a {holds} is written as {endings}{remedy}",
             path=path,
         )
-    if known.package and importlib.util.find_spec(known.package) is None:
+    if known.package and importlib.util.find_spec(known.imports or known.package) is None:
         raise MissingExtraError(f"a {known.suffixes[0]} file", package=known.package, extra=known.extra)
 
 
@@ -273,6 +302,7 @@ def read(
     array: str | Sequence[str] = (),
     root: str | None = None,
     animation: str | None = None,
+    outside: bool = False,
     limits: Limits | None = None,
 ) -> AnyMotion:
     """Read a motion, or a signal, from a file.
@@ -297,7 +327,10 @@ def read(
         The joint that carries a motion's body, where it isn't found rightly (`retime.motion.body.body_joint`). A signal
         has none.
     animation : str, optional
-        Which animation of a file that has several (a scene); left out, the first.
+        Which animation of a file that has several (a scene); left out, the first. Of a USD scene also the path of a
+        prim or an attribute.
+    outside : bool
+        Let a USD scene be composed of files outside its folder; refused otherwise.
     limits : Limits, optional
         Sizes not to go past.
 
@@ -332,6 +365,7 @@ def read(
         gaps=None if gaps is None else GapPolicy.parse(gaps),
         arrays=(array,) if isinstance(array, str) else tuple(array),
         animation=animation,
+        outside=outside,
         limits=limits or Limits(),
     )
     clip = read_with(path, options, up=up, root=root)
@@ -371,7 +405,7 @@ def refuse_unfit(clip: AnyMotion, channels: Mapping[str, ChannelKind], root: str
             raise OptionError(f"{clip.name or 'the signal'} has no channel {pattern!r}; there are {some}")
 
 
-def animation_names(path: str | PathLike[str], *, animation: str | None = None) -> list[str]:
+def animation_names(path: str | PathLike[str], *, animation: str | None = None, outside: bool = False) -> list[str]:
     """Name the animations of a file whose animation is curves; none, where its format has but one clip a file.
 
     Parameters
@@ -380,6 +414,8 @@ def animation_names(path: str | PathLike[str], *, animation: str | None = None) 
         The file.
     animation : str, optional
         Only the one of this name.
+    outside : bool
+        As of `read`.
 
     Raises
     ------
@@ -390,7 +426,7 @@ def animation_names(path: str | PathLike[str], *, animation: str | None = None) 
     known = format_of(path)
     if not known.curves:
         return []
-    options = ReadOptions(animation=animation)
+    options = ReadOptions(animation=animation, outside=outside)
     module = cast(CurveModule, _module(known))
     return module.animation_names(path, read_plain(path, options.limits), options)
 
@@ -409,9 +445,11 @@ def retime_file(
     held: int = 1,
     kinds: Mapping[str, KindLike] | None = None,
     repair: bool = False,
+    layer: str | None = None,
+    outside: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Give a file new timing in place: a scene (glTF, GLB, FBX) other keys, a capture (C3D, AMASS) other frames.
+    """Give a file new timing in place: a scene (glTF, FBX, USD) other keys, a capture (C3D, AMASS) other frames.
 
     Of a scene each curve is cut at the warp's knots, and each piece is laid where the warp shows it: nothing is
     sampled, and keys stay keys. Of a capture frames are resampled as `retime.apply_warp` does. Meshes, materials,
@@ -420,7 +458,7 @@ def retime_file(
     Parameters
     ----------
     path, place : path-like
-        The file, and where the new one goes; both of one format.
+        The file, and where the new one goes; both of one format, and with one ending but for a `layer`.
     warps : Warp, or mapping of str to Warp
         For all animations that are meant, or by name; a capture has one. Time 0 of the input is an animation's first
         key, or the first frame; of an FBX, where its stack begins, if that is earlier.
@@ -444,6 +482,11 @@ def retime_file(
         Of a capture, what channels beside the poses hold (a switch among analog channels is a ``"label"``).
     repair : bool
         Keep what is whole of a damaged capture.
+    layer : {"clips", "over"}, optional
+        Of a USD scene: leave the file as it is, and write a small layer that shows it with new timing, by value clips
+        or by time samples over its own.
+    outside : bool
+        As of `read`.
     overwrite : bool
         Replace a file that is there.
 
@@ -465,13 +508,22 @@ def retime_file(
             path=path,
         )
     refuse_compressed(place)
-    if place.suffix.lower() != suffix:
+    if layer is not None and layer not in known.layers:
+        raise OptionError(
+            f"a {suffix} file has no layers over it (--layer {layer})"
+            if not known.layers
+            else f"a layer over a {suffix} file is one of {', '.join(known.layers)}; found {layer!r}"
+        )
+    if layer is not None and bake:
+        raise OptionError("a layer shows the file's own samples, cut: it can't be baked")
+    if layer is None and place.suffix.lower() != suffix:
         raise FormatError(f"retimed in place, a {suffix} file stays one; found {place.name}", path=place)
     options = ReadOptions(
         rate=None if rate is None else parse_rate(rate),
         animation=animation,
         channels={name: as_kind(kind) for name, kind in (kinds or {}).items()},
         repair=repair,
+        outside=outside,
     )
     data = read_plain(path, options.limits, repair=repair)
     if known.frames:
@@ -482,13 +534,19 @@ def retime_file(
         write_bytes(place, new, overwrite=overwrite)
         return
     module = cast(CurveModule, _module(known))
-    if bake:
+    if layer is not None:
+        even = _each(warps, lambda warp: warp.simplify(tolerance))
+        files = module.layer(path, data, even, options, kind=layer, place=place)
+    elif bake:
         files = module.bake(path, data, warps, options, average=average)
-    elif isinstance(warps, Warp):
-        files = module.retime(path, data, warps.simplify(tolerance), options)
     else:
-        files = module.retime(path, data, {name: warp.simplify(tolerance) for name, warp in warps.items()}, options)
+        files = module.retime(path, data, _each(warps, lambda warp: warp.simplify(tolerance)), options)
     _write_beside(files, place, overwrite=overwrite)
+
+
+def _each(warps: Warp | Mapping[str, Warp], change: Callable[[Warp], Warp]) -> Warp | dict[str, Warp]:
+    """Change each warp."""
+    return change(warps) if isinstance(warps, Warp) else {name: change(warp) for name, warp in warps.items()}
 
 
 def _write_beside(files: dict[str, bytes], place: Path, *, overwrite: bool) -> None:

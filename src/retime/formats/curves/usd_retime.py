@@ -1,0 +1,489 @@
+"""New timing for a USD scene: its time samples cut by a warp, or a layer over it. Runs in the child (`usd_child`).
+
+A time sample is a key: between two of them USD goes straight (rotations along the shortest arc), or holds, where a
+type knows no between. So what is cut is one curve for each attribute, of the time that it shows; a value is then that
+of a sample, to the bit, or what USD itself finds between two.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, Vt
+
+from retime.arrays import FloatArray
+from retime.brief import brief_repr
+from retime.errors import FormatError
+from retime.formats.curves.usd_animation import Span, as_row, sampled_attributes, span_of
+from retime.formats.curves.usd_package import packed
+from retime.formats.curves.usd_splines import cut_spline
+from retime.formats.curves.usd_stage import Scene, sampled_specs
+from retime.formats.curves.usd_text import spliced_samples
+from retime.formats.read_options import Limits
+from retime.motion.signal import Signal
+from retime.warp.apply import apply_warp
+from retime.warp.curve import Warp, output_frame_times
+from retime.warp.cutting import CurveSegments, SegmentKind, cut_curve
+
+# Types that USD goes through between two samples; all others it holds.
+_BETWEEN = re.compile(r"float|(Vec[234][hfd]|Matrix[234][fd]|Quat[hfd]|Half|Float|Double|TimeCode)(Array)?")
+_QUATERNION = re.compile(r"Quat[hfd](Array)?")
+# Time codes before a jump at which the value that it leaves is said once more.
+_JUST_BEFORE = 1e-9
+# Not for a layer over a scene: what names or orders its own content, or tells of it.
+_NOT_CARRIED = ("subLayers", "subLayerOffsets", "primOrder", "layerRelocates", "comment", "documentation", "owner")
+
+Samples = list[tuple[float, Any]]
+
+
+@dataclass(frozen=True)
+class Track:
+    """The time samples of one attribute.
+
+    Attributes
+    ----------
+    codes : float array, shape (n,)
+        Where they lie, time codes.
+    values : list
+        What they are; None where the value is blocked.
+    at : function
+        What USD finds at a time code.
+    """
+
+    codes: FloatArray
+    values: list[Any]
+    at: Callable[[float], Any]
+
+    __repr__ = brief_repr
+
+    def shown(self, code: float) -> Any:
+        """Return the value at a time code; that of a sample as it is."""
+        place = int(np.searchsorted(self.codes, code))
+        for near in (place - 1, place):
+            if 0 <= near < len(self.codes) and abs(self.codes[near] - code) <= 1e-9 * max(1.0, abs(code)):
+                return self.values[near]
+        return self.at(code)
+
+
+@dataclass(frozen=True)
+class Timing:
+    """A warp on a scene's clock.
+
+    Attributes
+    ----------
+    warp : Warp
+        Seconds from the scene's start.
+    span : Span
+        The scene's clock.
+    linear : bool
+        Whether the scene's values are interpolated, not held.
+    """
+
+    warp: Warp
+    span: Span
+    linear: bool
+
+    def seconds(self, codes: FloatArray) -> FloatArray:
+        """From time codes of the scene to seconds from its start."""
+        return (codes - self.span.start) / self.span.per_second
+
+    def code(self, seconds: float) -> float:
+        """Make the reverse, without the digits that are rounding."""
+        code = self.span.start + float(seconds) * self.span.per_second
+        return round(code, 9) if abs(code) < 1e6 else float(f"{code:.15g}")
+
+    @property
+    def codes(self) -> tuple[FloatArray, FloatArray]:
+        """The warp's knots as time codes: where they are put, and what is shown there."""
+        outs = np.array([self.code(one) for one in self.warp.output_times])
+        return outs, np.array([self.code(one) for one in self.warp.input_times])
+
+    @property
+    def end(self) -> float:
+        """The new endTimeCode."""
+        return self.code(self.warp.output_end)
+
+    def cut(self, codes: FloatArray, straight: list[bool]) -> CurveSegments:
+        """Cut the curve of the time that is shown; seconds. Where not straight, it stays at a sample."""
+        times = self.seconds(codes)
+        curve = CurveSegments.through(times, times[:, None], SegmentKind.LINEAR)
+        held = ~np.array(straight, dtype=bool)
+        curve.kinds[held] = SegmentKind.STEP
+        curve.values[held] = curve.values[held, :1]
+        return cut_curve(curve, self.warp)[0]
+
+    def retimed(self, track: Track) -> Samples:
+        """Return the samples that show a track with the new timing."""
+        kinds = [self.goes_between(a, b) for a, b in pairwise(track.values)]
+        curve = self.cut(track.codes, kinds)
+        nexts = np.append(curve.values[1:, 0, 0], curve.end_value[0])
+        found: dict[float, Any] = {}
+        for i in range(len(curve)):
+            start, end = self.code(curve.times[i, 0]), self.code(curve.times[i, 3])
+            first = track.shown(self.code(curve.values[i, 0, 0]))
+            found[start] = first
+            held = curve.kinds[i] == SegmentKind.STEP
+            last = first if held else track.shown(self.code(curve.values[i, 3, 0]))
+            jumps = abs(curve.values[i, 3, 0] - nexts[i]) > 1e-9
+            # What held on is held until the jump anyway, where USD doesn't go from here to there.
+            if jumps and not (held and not self.goes_between(last, track.shown(self.code(nexts[i])))):
+                found[max(end - _JUST_BEFORE, float(np.nextafter(end, start)))] = last
+        found[self.code(curve.end_time)] = track.shown(self.code(curve.end_value[0]))
+        return sorted(found.items())
+
+    def goes_between(self, a: Any, b: Any) -> bool:
+        """Tell whether USD goes from one value to another, rather than to hold the first."""
+        if not self.linear or a is None or b is None or not _BETWEEN.fullmatch(type(a).__name__):
+            return False
+        return not type(a).__name__.endswith("Array") or len(a) == len(b)
+
+    def baked(self, track: Track, rate: Fraction, average: bool, limits: Limits) -> Samples:
+        """Return a sample for every output frame; averages over a few frames where sped up."""
+        times = output_frame_times(self.warp, float(rate))
+        outs = [self.code(time) for time in times]
+        plain = [track.shown(self.code(time)) for time in self.warp(times)]
+        if average and len(plain) and float(np.abs(self.warp.slopes).max()) > 1 and self.linear:
+            means = self._means(track, rate, limits)
+            if means is not None and len(means) == len(plain):
+                plain = [_typed(row, value) for row, value in zip(means, plain, strict=True)]
+        return list(zip(outs, plain, strict=True))
+
+    def _means(self, track: Track, rate: Fraction, limits: Limits) -> FloatArray | None:
+        """Average a track; None where its values are no numbers that can be."""
+        length = (self.span.end - self.span.start) / self.span.per_second
+        n_frames = int(np.ceil(float(rate) * length - 1e-3)) + 1
+        values = [track.shown(self.code(frame / float(rate))) for frame in range(n_frames)]
+        if not all(self.goes_between(a, b) for a, b in pairwise(values)):
+            return None
+        make = as_row(values[0])
+        if make is None or n_frames * len(make(values[0])) * 16 > limits.inflated_bytes:
+            return None
+        rows = np.stack([make(value) for value in values])
+        if not rows.size or not np.isfinite(rows).all():
+            return None
+        if not _QUATERNION.fullmatch(type(values[0]).__name__):
+            return apply_warp(rows, self.warp, average=True, rate=rate)
+        names = [f"q{i // 4}.{'xyzw'[i % 4]}" for i in range(rows.shape[1])]
+        if (np.linalg.norm(rows.reshape(-1, 4), axis=1) < 1e-6).any():
+            return None
+        signal = Signal(tuple(names), rows, rate=rate, kinds=["quaternion"] * len(names))
+        return apply_warp(signal, self.warp, average=True).values
+
+
+def _typed(row: FloatArray, like: Any) -> Any:
+    """Make a value of a type of numbers, laid out as `as_row` does."""
+    kind = type(like)
+    if isinstance(like, float):
+        return float(row[0])
+    if kind.__name__.endswith("Array"):
+        old = np.array(like)
+        return kind.FromNumpy(row.reshape(old.shape).astype(old.dtype))
+    numbers = [float(number) for number in row]
+    if hasattr(like, "GetImaginary"):
+        return kind(numbers[3], *numbers[:3])
+    return kind(*numbers)
+
+
+def timing_of(scene: Scene, warp: Warp) -> Timing:
+    """Lay a warp on a scene's clock."""
+    return Timing(warp, span_of(scene), True)
+
+
+def _copy(layer: Any) -> Any:
+    copy = Sdf.Layer.CreateAnonymous(".usda")
+    copy.TransferContent(layer)
+    return copy
+
+
+def _set_samples(layer: Any, path: Any, samples: Samples) -> None:
+    spec = layer.GetAttributeAtPath(path)
+    spec.ClearInfo("timeSamples")
+    for code, value in samples:
+        layer.SetTimeSample(path, code, Sdf.ValueBlock() if value is None else value)
+
+
+def rewritten(
+    scene: Scene, warp: Warp, work: Path, *, rate: Fraction | None, average: bool, bake: bool, limits: Limits
+) -> bytes:
+    """Give the root layer's time samples new timing; return the new file.
+
+    Raises
+    ------
+    FormatError
+        Time samples lie in other layers of the scene, or in what can't be cut.
+    """
+    timing = timing_of(scene, warp)
+    for layer in scene.stage.GetUsedLayers(False):
+        # What is in the session layer is of this process's making.
+        if layer in (scene.layer, scene.stage.GetSessionLayer()):
+            continue
+        specs = sampled_specs(layer)
+        if specs:
+            name = Path(layer.realPath or layer.identifier).name
+            raise FormatError(
+                f"{specs[0].path} has time samples in {name}, which the scene is composed of: retime that file, or "
+                "write a layer over the scene (--layer over)"
+            )
+    layer = _copy(scene.layer)
+    specs = sampled_specs(layer)
+    scratch = Sdf.Layer.CreateAnonymous(".usda")
+    stage = Usd.Stage.Open(scratch)
+    changed = []
+    for number, spec in enumerate(specs):
+        path = spec.path
+        if spec.HasSpline():
+            if bake:
+                raise FormatError(f"{path} is a spline: it is cut, not baked (leave out --bake)")
+            spec.SetSpline(cut_spline(spec.GetSpline(), timing.warp, timing.span, str(path)))
+            continue
+        prim = Sdf.CreatePrimInLayer(scratch, f"/a{number}")
+        Sdf.AttributeSpec(prim, spec.name, spec.typeName)
+        codes = np.array(layer.ListTimeSamplesForPath(path), dtype=np.float64)
+        values = [_value(layer.QueryTimeSample(path, code)) for code in codes.tolist()]
+        copied = prim.path.AppendProperty(spec.name)
+        _set_samples(scratch, copied, list(zip(codes.tolist(), values, strict=True)))
+        attribute = stage.GetAttributeAtPath(copied)
+        track = Track(codes, values, lambda code, one=attribute: one.Get(code))  # type: ignore[misc]
+        samples = timing.baked(track, rate or timing.span.rate(), average, limits) if bake else timing.retimed(track)
+        _set_samples(layer, path, samples)
+        changed.append(path)
+        del scratch.rootPrims[prim.name]
+    cut_clips(layer, timing)
+    if layer.HasStartTimeCode():
+        layer.startTimeCode = timing.code(warp.output_start)
+    if layer.HasEndTimeCode():
+        layer.endTimeCode = timing.end
+    return _file_of(scene, layer, work)
+
+
+def _value(value: Any) -> Any:
+    return None if isinstance(value, Sdf.ValueBlock) else value
+
+
+def _file_of(scene: Scene, layer: Any, work: Path) -> bytes:
+    """Write a layer as the scene's file was: text or crate, by itself or in its package."""
+    if scene.is_text:
+        data = spliced_samples(scene.text, scene.layer.ExportToString(), layer)
+    else:
+        data = layer_bytes(layer, work, text=False)
+    if not scene.package:
+        return data
+    root = next(iter(scene.package))
+    return packed({**scene.package, root: data})
+
+
+def layer_bytes(layer: Any, work: Path, *, text: bool) -> bytes:
+    """Return a layer's file."""
+    if text:
+        written: str = layer.ExportToString()
+        return written.encode("utf-8", "surrogateescape")
+    place = work / "written.usdc"
+    if not layer.Export(str(place)):
+        raise FormatError("USD could not write the layer")
+    return place.read_bytes()
+
+
+def cut_clips(layer: Any, timing: Timing) -> None:
+    """Give the times of value clips new timing; raise FormatError where they can't be."""
+    paths: list[Any] = []
+    layer.Traverse(Sdf.Path.absoluteRootPath, paths.append)
+    for path in paths:
+        prim = layer.GetPrimAtPath(path)
+        if prim is None:
+            continue
+        for legacy in ("clipTimes", "clipActive", "clipTemplateAssetPath"):
+            if prim.HasInfo(legacy):
+                raise FormatError(f"{path} has value clips in a form that USD has given up ({legacy})")
+        if not prim.HasInfo("clips"):
+            continue
+        sets = dict(prim.GetInfo("clips"))
+        for name, one in sets.items():
+            sets[name] = _cut_clip_set(dict(one), timing, f"{path}, clips {name!r}")
+        prim.SetInfo("clips", sets)
+
+
+def _cut_clip_set(clips: dict[str, Any], timing: Timing, where: str) -> dict[str, Any]:
+    _, ins = timing.codes
+    times = [(float(a), float(b)) for a, b in clips.get("times") or zip(ins.tolist(), ins.tolist(), strict=True)]
+    times = sorted(dict.fromkeys(times), key=lambda row: row[0])
+    numbers = [number for row in times for number in row]
+    if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) / timing.span.per_second > 1e7:
+        raise FormatError(f"{where}: a time that is none")
+    stage_times = [a for a, _ in times]
+    if any(a == b for a, b in pairwise(stage_times)):
+        raise FormatError(f"{where} jump in time: such clips can't be cut; write a layer over the scene (--layer over)")
+    if len(times) > 1:
+        shown = timing.seconds(np.array(stage_times))
+        curve = CurveSegments.through(shown, np.array([[b] for _, b in times]), SegmentKind.LINEAR)
+        cut = cut_curve(curve, timing.warp)[0]
+        rows = [(timing.code(cut.times[i, 0]), round(float(cut.values[i, 0, 0]), 9)) for i in range(len(cut))]
+        rows.append((timing.code(cut.end_time), round(float(cut.end_value[0]), 9)))
+        clips["times"] = Vt.Vec2dArray([Gf.Vec2d(*row) for row in dict.fromkeys(rows)])
+    active = [(float(a), float(b)) for a, b in clips.get("active") or []]
+    if len(active) > 1:
+        shown = timing.seconds(np.array(sorted(a for a, _ in active)))
+        order = np.array([[b] for _, b in sorted(active)])
+        # Before its first entry, the first is active; after the last the last.
+        cut = cut_curve(CurveSegments.through(shown, order, SegmentKind.STEP), timing.warp)[0]
+        rows = [(timing.code(cut.times[i, 0]), float(cut.values[i, 0, 0])) for i in range(len(cut))]
+        rows.append((timing.code(cut.end_time), float(cut.end_value[0])))
+        clips["active"] = Vt.Vec2dArray([Gf.Vec2d(*row) for row in dict(rows).items()])
+    return clips
+
+
+def layer_over(scene: Scene, warp: Warp, asset: str, kind: str, work: Path, *, text: bool) -> bytes:
+    """Make a layer that shows a scene, which is not touched, with new timing.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    warp : Warp
+        Seconds from its start.
+    asset : str
+        How the new layer names the scene's file.
+    kind : "clips" or "over"
+        By value clips, whose times are the warp; or with new samples for each attribute.
+    work : Path
+        A folder of this process's own.
+    text : bool
+        Text, or crate.
+    """
+    timing = timing_of(scene, warp)
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    root = scene.layer.pseudoRoot
+    for key in root.ListInfoKeys():
+        if key not in _NOT_CARRIED:
+            layer.pseudoRoot.SetInfo(key, root.GetInfo(key))
+    layer.timeCodesPerSecond = timing.span.per_second
+    layer.startTimeCode, layer.endTimeCode = timing.code(warp.output_start), timing.end
+    attributes = sampled_attributes(scene.stage)
+    if kind == "over":
+        _add_samples(scene, layer, timing, attributes)
+        layer.subLayerPaths.append(asset)
+    else:
+        _add_clips(scene, layer, timing, asset, attributes)
+    return layer_bytes(layer, work, text=text)
+
+
+def _add_samples(scene: Scene, layer: Any, timing: Timing, attributes: list[tuple[Any, FloatArray]]) -> None:
+    for attribute, codes in attributes:
+        path, prim = attribute.GetPath(), attribute.GetPrim()
+        if prim.IsInstanceProxy():
+            raise FormatError(f"{path} is part of an instance, which no layer can write over")
+        source = attribute.GetResolveInfo(Usd.TimeCode(float(codes[0]))).GetSource()
+        if source == Usd.ResolveInfoSourceValueClips:
+            raise FormatError(f"{path} comes from value clips: retime the file in place, which cuts their times")
+        spec = Sdf.AttributeSpec(
+            Sdf.CreatePrimInLayer(layer, prim.GetPath()), attribute.GetName(), attribute.GetTypeName()
+        )
+        spec.custom = attribute.IsCustom()
+        if attribute.HasSpline():
+            spec.SetSpline(cut_spline(attribute.GetSpline(), timing.warp, timing.span, str(path)))
+            continue
+        values = [attribute.Get(code) for code in codes.tolist()]
+        track = Track(codes, values, lambda code, one=attribute: one.Get(code))  # type: ignore[misc]
+        _set_samples(layer, path, timing.retimed(track))
+
+
+def _add_clips(scene: Scene, layer: Any, timing: Timing, asset: str, attributes: list[tuple[Any, FloatArray]]) -> None:
+    moving = set()
+    for attribute, _ in attributes:
+        path = attribute.GetPath()
+        if attribute.HasSpline() or scene.layer.GetNumTimeSamplesForPath(path) < 2:
+            raise FormatError(
+                f"the samples of {path} are not in the file itself, or are a spline, which value clips don't show: "
+                "write a layer over the scene (--layer over)"
+            )
+        moving.add(path.GetPrefixes()[0].name)
+    _refuse_ties(scene.stage)
+    times = _clip_times(timing, _held_codes(timing, attributes))
+    for prim in scene.layer.rootPrims:
+        spec = Sdf.PrimSpec(layer, prim.name, prim.specifier)
+        spec.referenceList.Prepend(Sdf.Reference(asset, prim.path))
+        if prim.name in moving:
+            spec.SetInfo(
+                "clips",
+                {
+                    "default": {
+                        "active": Vt.Vec2dArray([Gf.Vec2d(times[0][0], 0.0)]),
+                        "assetPaths": Sdf.AssetPathArray([Sdf.AssetPath(asset)]),
+                        "primPath": prim.path.pathString,
+                        "times": Vt.Vec2dArray([Gf.Vec2d(*row) for row in times]),
+                    }
+                },
+            )
+
+
+def _held_codes(timing: Timing, attributes: list[tuple[Any, FloatArray]]) -> FloatArray:
+    """Find the time codes at which a value steps: samples that one held before them goes on to."""
+    found: set[float] = set()
+    for attribute, codes in attributes:
+        values = [attribute.Get(code) for code in codes.tolist()]
+        found |= {
+            code
+            for code, (a, b) in zip(codes[1:].tolist(), pairwise(values), strict=True)
+            if not timing.goes_between(a, b)
+        }
+    return np.array(sorted(found))
+
+
+def _clip_times(timing: Timing, held: FloatArray) -> list[tuple[float, float]]:
+    """Make a warp the times of value clips: pairs of a scene's time code and the clip's; two at one time are a jump.
+
+    Where a value steps, the pair says its code to the bit: what USD computes may fall short of it, and show the value
+    before. Backward, USD would hold each value from its own sample on; a jump to just before it says what was held.
+    """
+    outs, ins = timing.codes
+    for place in range(len(ins) if len(held) else 0):
+        near = held[np.abs(held - ins[place]).argmin()]
+        if abs(near - ins[place]) < 1e-6:
+            ins[place] = near
+    times: list[tuple[float, float]] = []
+    for i in range(len(outs) - 1):
+        (o, p), (a, b) = outs[i : i + 2].tolist(), ins[i : i + 2].tolist()
+        times.append((o, a))
+        if o == p:
+            continue
+        passed = held[(held > min(a, b)) & (held < max(a, b))]
+        if a > b:
+            if len(held) and (held == a).any():
+                times.append((o, _before(a)))
+            passed = passed[::-1]
+        for code in passed.tolist():
+            out = o + (code - a) / (b - a) * (p - o)
+            times.append((out, code))
+            if a > b:
+                times.append((out, _before(code)))
+    times.append((float(outs[-1]), float(ins[-1])))
+    # Of more than two at one time the first is what is come from, and the last what is gone on from.
+    return [
+        row
+        for i, row in enumerate(times)
+        if not (0 < i < len(times) - 1 and times[i - 1][0] == row[0] == times[i + 1][0])
+    ]
+
+
+def _before(code: float) -> float:
+    return min(code - 1e-7, float(np.nextafter(code, -np.inf)))
+
+
+def _refuse_ties(stage: Any) -> None:
+    """Refuse root prims that point at each other: a reference to one doesn't take the other along."""
+    for prim in stage.Traverse():
+        root = prim.GetPath().GetPrefixes()[0]
+        targets = [target for one in prim.GetRelationships() for target in one.GetTargets()]
+        targets += [target for one in prim.GetAttributes() for target in one.GetConnections()]
+        for target in targets:
+            if target.GetPrefixes()[0] != root:
+                raise FormatError(
+                    f"{prim.GetPath()} points at {target}, which a reference to {root} doesn't take along: write a "
+                    "layer over the scene (--layer over)"
+                )
