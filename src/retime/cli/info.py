@@ -15,8 +15,18 @@ from retime.cli.terminal import say_json, say_table
 if TYPE_CHECKING:
     from retime.motion.any_motion import AnyMotion
 
-# The extras of pyproject.toml, and the package that each brings.
-EXTRAS = {"plot": "matplotlib", "edit": "starlette", "notebook": "anywidget", "pandas": "pandas", "parquet": "pyarrow"}
+# The extras of pyproject.toml, and a package that each brings.
+EXTRAS = {
+    "plot": "matplotlib",
+    "edit": "starlette",
+    "notebook": "anywidget",
+    "pandas": "pandas",
+    "parquet": "pyarrow",
+    "usd": "usd-core",
+    "video": "av",
+    "beats": "librosa",
+    "batch": "distributed",
+}
 _PACKAGES = ("numpy", "click")
 _NAMES_SHOWN = 4
 
@@ -63,7 +73,6 @@ def _facts(clip: Path, clip_options: ClipOptions) -> dict[str, str]:
 
 def _describe_build() -> dict[str, Any]:
     import importlib.metadata
-    import importlib.util
     import platform
 
     from retime.errors import RetimeWarning
@@ -84,13 +93,19 @@ def _describe_build() -> dict[str, Any]:
         "python": platform.python_version(),
         "platform": platform.platform(terse=True),
         "packages": {package: importlib.metadata.version(package) for package in _PACKAGES},
-        "extras": {
-            extra: importlib.metadata.version(package) if importlib.util.find_spec(package) else None
-            for extra, package in EXTRAS.items()
-        },
+        "extras": {extra: _version(package) for extra, package in EXTRAS.items()},
         "page": has_page,
         "page_missing": None if has_page else no_page(),
     }
+
+
+def _version(package: str) -> str | None:
+    import importlib.metadata
+
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
 
 
 def _build_rows(build: dict[str, Any]) -> list[tuple[str, str]]:
