@@ -39,6 +39,7 @@ from tests.formats.curves.fbx_files import (
     TICKS,
     USER,
     Builder,
+    Track,
     drawn_fbx,
     drawn_track,
     node,
@@ -707,3 +708,29 @@ def test_real_scenes_are_retimed_in_place(name: str) -> None:
             if np.abs(np.subtract(old.times, there)).min() > 1e-6:
                 tolerance = (1e-5 if weighted else 1e-6) * largest
                 assert new.value(time + curves.start) == pytest.approx(old.value(there), abs=tolerance)
+
+
+@pytest.mark.parametrize("version", [7400, 7700])
+def test_the_new_file_is_what_its_new_numbers_make_byte_for_byte(version: int) -> None:
+    made = drawn_fbx(9, 0.5)
+    data = made.binary(version)
+    new = retimed(data, Warp([0.0, 1.0, 3.0], [0.0, 1.5, 2.5]))
+    curves, times = Literal(new).curves, stack_times(new)
+    # Put into the records that the file was made of, the numbers of curves and of spans of time give the whole file.
+    for place, record in enumerate(made.objects):
+        number = record[1][0][1]
+        if record[0] == "AnimationCurve":
+            curve = curves[number]
+            data_of = np.array(curve.data, dtype=np.int64).astype(np.uint32)
+            again = Track(np.array(curve.ticks), np.array(curve.values), np.array(curve.flags), data_of)
+            made.objects[place] = again.record(number)
+        elif record[0] == "AnimationStack":
+            for index, one in enumerate(record[2][0][2]):
+                key = one[1][0][1]
+                record[2][0][2][index] = node("P", *one[1][:4], ("L", round(times[key] * TICKS)))
+    for key in ("TimeSpanStart", "TimeSpanStop"):
+        spot = next(i for i, one in enumerate(made.settings) if one[0] == key)
+        made.settings[spot] = (key, ("L", round(times[key] * TICKS)))
+    span = (("L", round(times["LocalTime 0"] * TICKS)), ("L", round(times["LocalTime 1"] * TICKS)))
+    made.takes[0] = node("Take", text("take"), inner=[node("LocalTime", *span), node("ReferenceTime", *span)])
+    assert made.binary(version) == new

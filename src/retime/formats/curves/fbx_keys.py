@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,8 +126,8 @@ def new_keys(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: 
     ticks_a_second : int
         The file's unit of time.
     """
-    cut, source = _refined(cut, source)
-    pieces = _pieces(old, cut, source, ticks_a_second)
+    cut, source, handles = _refined(cut, source)
+    pieces = _pieces(old, cut, source, handles, ticks_a_second)
     pieces = _with_jumps(pieces, cut.end_values[:, 0])
     counts = np.bincount(pieces.owner, minlength=len(cut))
     explicit, kept = _keys(pieces, old, cut, counts, ticks_a_second)
@@ -153,16 +154,19 @@ def new_keys(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: 
         kept &= ~wrong
 
 
-def _refined(cut: CurveBatch, source: IntArray) -> tuple[CurveBatch, IntArray]:
-    """Halve the cubic segments whose handles, in whole steps of weight, would move the curve too far."""
-    for _ in range(_MOST_HALVINGS):
+def _refined(cut: CurveBatch, source: IntArray) -> tuple[CurveBatch, IntArray, _Handles]:
+    """Halve the cubic segments whose handles, in whole steps of weight, would move the curve too far.
+
+    Returns the curves, where their segments came from, and the handles of those that are cubic.
+    """
+    for turn in range(_MOST_HALVINGS + 1):
         cubic = np.flatnonzero(cut.kinds == SegmentKind.CUBIC)
-        errors = _handles(cut.times[cubic], cut.values[cubic, :, 0])[4]
+        handles = _handles(cut.times[cubic], cut.values[cubic, :, 0])
         owner = np.repeat(np.arange(len(cut)), cut.counts)
         largest = np.zeros(len(cut))
         np.maximum.at(largest, owner, np.abs(cut.values[:, (0, 3), 0]).max(axis=1, initial=0.0))
-        coarse = cubic[errors > _FAR_OFF * largest[owner[cubic]]]
-        if not len(coarse):
+        coarse = cubic[handles.off > _FAR_OFF * largest[owner[cubic]]]
+        if not len(coarse) or turn == _MOST_HALVINGS:
             break
         times, first_times, second_times = cut.times, *_halves(cut.times[coarse][:, :, None])
         values, first_values, second_values = cut.values, *_halves(cut.values[coarse])
@@ -175,7 +179,7 @@ def _refined(cut: CurveBatch, source: IntArray) -> tuple[CurveBatch, IntArray]:
         counts = np.bincount(owner, weights=parts, minlength=len(cut)).astype(np.int64)
         cut = CurveBatch(times, values, np.repeat(cut.kinds, parts), counts, cut.end_times, cut.end_values)
         source = np.repeat(source, parts)
-    return cut, source
+    return cut, source, handles
 
 
 def _halves(points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -187,11 +191,11 @@ def _halves(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return first, np.concatenate([middle, bends[:, 1:], lines[:, 2:], points[:, 3:]], axis=1)
 
 
-def _pieces(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: int) -> _Pieces:
+def _pieces(old: OldCurves, cut: CurveBatch, source: IntArray, handles: _Handles, ticks_a_second: int) -> _Pieces:
     begin, end = (np.rint(cut.times[:, place] * ticks_a_second).astype(np.int64) for place in (0, 3))
     owner = np.repeat(np.arange(len(cut)), cut.counts)
     # What is shorter than a tick has no place.
-    lasting = np.flatnonzero(end > begin)
+    lasting = end > begin
     begin, end, owner, source = begin[lasting], end[lasting], owner[lasting], source[lasting]
     times, values, kind = cut.times[lasting], cut.values[lasting, :, 0], cut.kinds[lasting]
     width = times[:, 3] - times[:, 0]
@@ -199,7 +203,9 @@ def _pieces(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: i
     chord = np.where(kind == SegmentKind.LINEAR, (values[:, 3] - values[:, 0]) / width, 0.0)
     right, left = chord.copy(), chord.copy()
     right_weight, left_weight = np.full(len(kind), 1 / 3), np.full(len(kind), 1 / 3)
-    right[cubic], left[cubic], right_weight[cubic], left_weight[cubic], _ = _handles(times[cubic], values[cubic])
+    curved = lasting[cut.kinds == SegmentKind.CUBIC]
+    right[cubic], left[cubic] = handles.right[curved], handles.left[curved]
+    right_weight[cubic], left_weight[cubic] = handles.right_weight[curved], handles.left_weight[curved]
 
     within = (source >= 0) & (source < old.batch.counts[owner])
     key, base = np.zeros(len(owner), dtype=np.int64), np.full(len(owner), CONSTANT)
@@ -237,10 +243,18 @@ def _pieces(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: i
     )
 
 
-def _handles(
-    times: FloatArray, values: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return right slopes, left slopes, right weights and left weights of cubic segments, and how far off they are.
+class _Handles(NamedTuple):
+    """Slopes and weights of cubic segments at both ends, and by how much they miss the curve; each of shape (n,)."""
+
+    right: FloatArray
+    left: FloatArray
+    right_weight: FloatArray
+    left_weight: FloatArray
+    off: FloatArray
+
+
+def _handles(times: FloatArray, values: FloatArray) -> _Handles:
+    """Return the handles of cubic segments.
 
     Weights are whole steps, but for a third. Of those that lie beside the true ones the pair is taken, with slopes to
     match, that moves the curve least.
@@ -265,7 +279,7 @@ def _handles(
         part = (times[inexact], values[inexact], steps[:, inexact], exact[:, inexact], weights[:, inexact])
         slopes[:, inexact], weights[:, inexact], off[inexact] = _nearest_handles(*part, slopes[:, inexact])
     slopes = np.clip(slopes, -_STEEPEST, _STEEPEST)
-    return slopes[0], slopes[1], weights[0], weights[1], off
+    return _Handles(slopes[0], slopes[1], weights[0], weights[1], off)
 
 
 def _nearest_handles(
