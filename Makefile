@@ -23,7 +23,7 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core extras test-extras format lint types scripts docs bench study lock clean FORCE
+.PHONY: help install page demo test check core extras test-extras blender test-blender extension format lint types scripts docs bench study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -87,6 +87,30 @@ extras: $(EXTRAS_MADE)  ## Set up .venv/extras with the heavy extras (USD, video
 test-extras: $(INSTALLED) $(EXTRAS_MADE)  ## Run the tests that need the heavy extras
 	$(EXTRAS)/bin/python -m pytest -m extras
 
+# Blender without a window, a version an environment: bpy is for Python 3.11 alone, and takes a gigabyte.
+BLENDERS := 4.2 4.5 5.0
+VERSIONS ?= 4.5
+PYTHON311 ?= $(shell for python in python3.11 python3 python; do \
+	"$$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null && { echo "$$python"; break; }; done)
+BLENDER_MADE := $(VERSIONS:%=$(VENV)/blender-%/.made)
+BUILDER := $(VENV)/blender-$(lastword $(VERSIONS))
+IN_BLENDER := tests/blender/in_blender
+
+ifeq ($(PYTHON311),)
+blender test-blender extension:
+	@echo "Found no Python 3.11, which bpy needs: make $@ PYTHON311=/path/to/python3.11"
+else
+blender: $(BLENDER_MADE)  ## Set up .venv/blender-4.5 with Blender as a module (VERSIONS="4.2 4.5 5.0": all three)
+
+extension: $(INSTALLED) $(BLENDER_MADE)  ## Build the Blender extension into build/extension, by Blender's own builder
+	$(PY) tools/build_extension.py $(BUILDER)
+
+test-blender: extension  ## Install the extension in Blender and run its tests (VERSIONS="4.2 4.5 5.0": in all three)
+	set -e; for version in $(VERSIONS); do echo "Blender $$version"; \
+		$(VENV)/blender-$$version/bin/python -m pytest -q -c $(IN_BLENDER)/pytest.ini --rootdir $(IN_BLENDER) \
+		--confcutdir $(IN_BLENDER) $(IN_BLENDER); done
+endif
+
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py examples/choosing.py; do $(PY) $$script; done
 
@@ -111,6 +135,8 @@ lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the ne
 		--output-file requirements/extras.txt
 	$(UV_LOCK) --group bench --constraints requirements/dev.txt --output-file requirements/bench.txt
 	$(subst compile pyproject.toml,compile --group core,$(UV_LOCK)) --output-file requirements/core.txt
+	set -e; for version in $(BLENDERS); do $(subst compile pyproject.toml,compile --group blender$$(echo $$version | tr -d .),$(UV_LOCK)) \
+		--output-file requirements/blender-$$version.txt; done
 
 clean:  ## Remove all that was made, .venv too
 	rm -rf $(VENV) build dist out .mypy_cache .ruff_cache .pytest_cache .hypothesis web/node_modules web/lint/node_modules $(dir $(PAGE))
@@ -155,6 +181,11 @@ $(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
 	else echo "Found no C++20 compiler with Python's headers"; RETIME_WITHOUT_KERNELS=1 $(INSTALL) && rm -rf build; fi
 	@$(PY) -c 'from retime.kernels import compiled_available; \
 		print("Installed with the", "C++" if compiled_available() else "NumPy", "backend")'
+	@touch $@
+
+$(VENV)/blender-%/.made: requirements/blender-%.txt $(MADE)
+	test -x $(@D)/bin/python || $(PYTHON311) -m venv $(@D)
+	$(PIP) --python $(@D)/bin/python install --quiet --require-hashes --only-binary :all: -r $<
 	@touch $@
 
 # The linter is a package of its own: who builds the page alone, with pip too, does not fetch its 97 MB.

@@ -17,7 +17,7 @@ import retime
 
 TESTS = Path(__file__).parent
 # What needs no other package: everything but the command line, plots, and the editor's server.
-CORE = ("motion", "warp", "search", "kernels", "formats", "data", "project")
+CORE = ("motion", "warp", "search", "kernels", "formats", "data", "project", "evaluate.metrics")
 
 
 def main() -> None:

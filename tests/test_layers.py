@@ -227,6 +227,26 @@ def test_a_circle_is_found_with_all_of_its_files(tmp_path) -> None:
     assert files_in_circles(root) == ["warp/a.py", "warp/b.py", "warp/c.py"]
 
 
+BLENDER = ROOT / "blender"
+# Blender has NumPy and no other package that retime may need.
+BLENDER_LEAVES = {"cli", "server", "batch", "media", "notebook", "__main__"}
+# The only files that are told what Blender itself is; the others are handed its objects.
+KNOW_BLENDER = {"settings.py", "operators.py", "panels.py"}
+
+
+def test_the_blender_extension_sits_on_top_and_few_of_its_files_know_blender() -> None:
+    upward = [link for path in PACKAGE.rglob("*.py") for link in imports_of(path, PACKAGE, BLENDER)]
+    assert not upward, "\n".join(map(str, upward))
+    used = [link for path in BLENDER.glob("*.py") for link in imports_of(path, BLENDER, PACKAGE)]
+    assert any(link.module.startswith("retime.warp.") for link in used)
+    beyond = [str(link) for link in used if BLENDER_LEAVES & set(link.module.split(".")[1:2])]
+    assert not beyond, "\n".join(beyond)
+    knowing = {
+        path.name for path in BLENDER.glob("*.py") if re.search(r"^\s*(import|from) bpy\b", path.read_text(), re.M)
+    }
+    assert knowing == KNOW_BLENDER
+
+
 # What works where NumPy is, and nothing else (tests/core_alone.py uses it there); and what of it can do more.
 CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "hosts", "data", "project"}
 MORE = {("search/explain.py", "pandas"), ("formats/parquet.py", "pyarrow")}

@@ -1,0 +1,77 @@
+"""A clip handed to retime's own editor, and its timing taken back. bpy is not needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from retime.errors import OptionError
+from retime.motion.motion import Motion
+from retime.project.document import ClipFile, Document, Key, LockedTime
+from retime.project.file import project_bytes, read_project, save_project
+from retime.project.from_memory import file_of
+from retime.project.solve import DocumentSolver
+
+from .animated import Thing
+from .asked import Asked
+from .job import wanted_of, what_moves, write_curve
+from .retiming import retime
+from .sampling import rate_of
+from .timing import Timing
+from .wording import summary
+
+
+def write_project(asked: Asked, folder: Path, root: str) -> Path:
+    """Write the clips, and what is asked of them, as a project of the editor.
+
+    Parameters
+    ----------
+    asked : Asked
+        Its first frame stands in the project's name, for the way back.
+    folder : Path
+        Where to.
+    root : str
+        The bone that carries the body; "" where it is found.
+
+    Returns
+    -------
+    Path
+        The project.
+    """
+    files = [file_of(clip, folder / "clips") for clip in asked.clips]
+    clips = tuple(
+        ClipFile(str(path), up="z" if isinstance(clip, Motion) else None, root=root or None)
+        for path, clip in zip(files, asked.clips, strict=True)
+    )
+    keys = tuple(Key(f"key{i}", asked.seconds(frame), asked.seconds(to)) for i, (frame, to, _) in enumerate(asked.keys))
+    locks = tuple(
+        LockedTime(f"lock{i}", asked.seconds(start), asked.seconds(end))
+        for i, (start, end, _) in enumerate(asked.locks)
+    )
+    document = Document(clips, keys=keys, locks=locks, options=dict(asked.given))
+    place = folder / f"{files[0].parent.name}_from_{asked.start:.0f}.retime"
+    save_project(place, project_bytes(document, {}, folder), overwrite=True)
+    return place
+
+
+def take_back(scene: Thing, objects: Sequence[Thing], settings: Thing, project: Path) -> list[str]:
+    """Give objects the timing of a project as it was saved; return what is to be said.
+
+    Raises
+    ------
+    RetimeError, OSError
+        It is no project, or can't be solved.
+    """
+    objects = what_moves(objects)
+    start = project.stem.rpartition("_from_")[2]
+    if not start.lstrip("-").isdigit():
+        raise OptionError(
+            f"{project.name} was not opened from here: its name does not say the first frame", option="project"
+        )
+    solution = DocumentSolver().solve(read_project(project).document)
+    timing = Timing.of_seconds(solution.warp, float(start), rate_of(scene))
+    if settings.tolerance > 0:
+        timing = timing.simplified(settings.tolerance)
+    report = retime(objects, scene, timing, wanted_of(settings))
+    write_curve(scene, timing)
+    return [*summary(timing, solution.sources.clips[0], solution.search), *report.lines()]
