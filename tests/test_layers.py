@@ -50,6 +50,7 @@ MAY_IMPORT = {
         "project",
         "data",
         "server",
+        "batch",
         "files",
     },
     # python -m retime
@@ -57,7 +58,7 @@ MAY_IMPORT = {
     "server": {"motion", "warp", "search", "formats", "hosts", "media", "evaluate", "project"},
     # The editor in a notebook: the server's messages and document, by another way.
     "notebook": {"motion", "warp", "search", "project", "server"},
-    "batch": {"motion", "warp", "search", "formats", "media", "evaluate", "project"},
+    "batch": {"motion", "warp", "search", "formats", "evaluate", "files"},
 }
 
 # The same for the rooms of the study, which stands beside the package.

@@ -10,6 +10,7 @@ import secrets
 import stat
 import time
 from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
 from typing import BinaryIO
@@ -22,6 +23,7 @@ MOST_BYTES = 1 << 30
 _BESIDE = re.compile(r"\.retime-[0-9a-f]{16}\.tmp")
 # Seconds since the last byte was written, before a file that nobody holds is taken for a dead writer's.
 _LEFT_ALONE = 600.0
+_read_here: ContextVar[list[Path] | None] = ContextVar("_read_here", default=None)
 # Folders that were looked at in this run.
 _tidied: set[Path] = set()
 
@@ -37,6 +39,9 @@ def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
         The file can't be opened.
     """
     path = Path(path)
+    noted = _read_here.get()
+    if noted is not None and path not in noted:
+        noted.append(path)
     status = path.stat()
     if stat.S_ISDIR(status.st_mode):
         raise FormatError("this is a folder, not a file", path=path)
@@ -51,6 +56,17 @@ def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
             path=path,
         )
     return data
+
+
+@contextlib.contextmanager
+def noting_reads() -> Iterator[list[Path]]:
+    """Note which files are read inside, each once: a clip's own, and those that belong to it (a skeleton, a buffer)."""
+    noted: list[Path] = []
+    token = _read_here.set(noted)
+    try:
+        yield noted
+    finally:
+        _read_here.reset(token)
 
 
 def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, overwrite: bool) -> None:
@@ -130,7 +146,7 @@ def name_beside(place: Path) -> Path:
     if place.parent not in _tidied:
         _tidied.add(place.parent)
         with contextlib.suppress(OSError):
-            _remove_left_overs(place.parent)
+            remove_left_overs(place.parent, _LEFT_ALONE)
     return place.with_name(f".retime-{secrets.token_hex(8)}.tmp")
 
 
@@ -142,8 +158,8 @@ def _mark_as_alive(file: BinaryIO) -> None:
         fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def _remove_left_overs(folder: Path) -> None:
-    """Remove what nobody has written to for a while, and whose writer has died."""
+def remove_left_overs(folder: Path, seconds: float = 0.0) -> None:
+    """Remove what a writer has left who died, where nobody has written to it for so many seconds."""
     try:
         import fcntl
     except ImportError:
@@ -155,7 +171,7 @@ def _remove_left_overs(folder: Path) -> None:
         place = folder / name
         with contextlib.suppress(OSError):
             status = place.lstat()
-            if not stat.S_ISREG(status.st_mode) or time.time() - status.st_mtime < _LEFT_ALONE:
+            if not stat.S_ISREG(status.st_mode) or time.time() - status.st_mtime < seconds:
                 continue
             handle = os.open(place, os.O_RDONLY | os.O_NOFOLLOW)
             try:

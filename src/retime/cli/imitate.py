@@ -13,7 +13,7 @@ from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up,
 from retime.cli.found_warp import FoundWarp, deliver
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_options import OutputOptions, output_options
-from retime.cli.search_options import search_arguments, search_options
+from retime.cli.search_options import search_options
 from retime.cli.terminal import Stages
 from retime.cli.wish_options import WISHES_BESIDE, WishOptions, wish_options
 from retime.errors import OptionError
@@ -125,6 +125,7 @@ def command(
 
     from retime.formats.warp_file import read_warp
     from retime.search.imitate import imitate
+    from retime.search.written import search_arguments
 
     stages = Stages(quiet=outputs.quiet)
     with stages.stage("read", "reading"):

@@ -14,7 +14,7 @@ from retime.cli.found_warp import FoundWarp, deliver
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.in_place import keeps_curves
 from retime.cli.output_options import OutputOptions, output_options
-from retime.cli.search_options import flags_of, search_arguments, search_options
+from retime.cli.search_options import flags_of, search_options
 from retime.cli.terminal import Stages, say_table
 from retime.cli.variants import LENGTHS, VariantOptions, read_count, read_lengths, read_seed
 from retime.cli.wish_options import FLIGHT_OPTIONS, NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
@@ -425,5 +425,7 @@ def _find(request: _Request, clips: list[AnyMotion], references: list[Reference]
 
 def _options(request: _Request, clip: AnyMotion) -> dict[str, Any]:
     """Return the options of the search as its functions take them."""
+    from retime.search.written import search_arguments
+
     search = search_arguments(request.search, clip.rate)
     return search | request.wishes.arguments(clip.rate, request.search.get("features"))

@@ -1,0 +1,411 @@
+"""One clip of many: read, given its timing, written, and what became of it.
+
+`retime_clip` is all that an engine calls, and whoever has an engine of their own (Ray, Spark, Airflow, `datasets.map`)
+calls it too: plain data in, plain data out, nothing kept but references that were read before.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from retime.batch.labels import ShownFrames, retime_beside
+from retime.batch.task import ClipTask, Record
+from retime.batch.treatment import Treatment
+from retime.errors import (
+    FormatError,
+    InfeasibleWarpError,
+    InvalidMotionError,
+    MissingExtraError,
+    OptionError,
+    OutputExistsError,
+    RetimeError,
+    RetimeWarning,
+    words_of,
+)
+from retime.evaluate.metrics.flights import flight_spans, flight_timing
+from retime.files import noting_reads
+from retime.formats.read_options import ReadOptions
+from retime.formats.registry import animation_names, format_of, read_with, refuse_unfit, retime_file, write
+from retime.motion.any_motion import AnyMotion
+from retime.motion.channels import parse_channel
+from retime.motion.gaps import GapPolicy
+from retime.motion.grammar import parse_frame_range, parse_speeds, read_key, read_lock, read_span
+from retime.motion.rate import parse_rate
+from retime.motion.signal import Signal
+from retime.search.guided import guided_warp
+from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
+from retime.search.options import BY_NAME
+from retime.search.poses.references import Reference
+from retime.search.result import GuidedWarp
+from retime.search.variants import variants
+from retime.search.wishes.locks import Lock
+from retime.search.written import option_reader, search_arguments
+from retime.svg import thinned
+from retime.warp.apply import apply_warp
+from retime.warp.curve import Warp
+from retime.warp.resampling import resample
+from retime.warp.spline import linear_warp, spline_warp
+
+# What an error is called in a manifest, by its class; the first that fits. "killed" and "timeout" are the engine's.
+_CODES: tuple[tuple[type[BaseException], str], ...] = (
+    (FormatError, "format"),
+    (InvalidMotionError, "motion"),
+    (InfeasibleWarpError, "infeasible"),
+    (OutputExistsError, "exists"),
+    (MissingExtraError, "extra"),
+    (OptionError, "option"),
+    (RetimeError, "retime"),
+    (MemoryError, "memory"),
+    (OSError, "system"),
+)
+# Knots of a warp that a record keeps, for its picture.
+_KNOTS = 60
+# References that a process keeps at hand.
+_KEPT_REFERENCES = 16
+
+
+def retime_clip(task: ClipTask, *, begun: Callable[[], None] = lambda: None) -> tuple[Record, ...]:
+    """Give one clip its timing, and write it.
+
+    Parameters
+    ----------
+    task : ClipTask
+        The clip, and what is to become of it.
+    begun : function
+        Called once where there is something to do, before anything is written: not where all outputs are there already.
+
+    Returns
+    -------
+    tuple of Record
+        One for each output; a single one where the clip failed. No error of a clip is raised.
+    """
+    start = time.perf_counter()
+    try:
+        kept = _kept(task)
+        if kept is not None:
+            return kept
+        begun()
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("always", RetimeWarning)
+            records = _done(task)
+        said = tuple(dict.fromkeys(str(one.message) for one in caught))
+        seconds = (time.perf_counter() - start) / len(records)
+        return tuple(replace(record, seconds=seconds, warnings=said) for record in records)
+    except Exception as error:
+        # Whatever is wrong with one clip is reported with it, and the others go on.
+        return (failed(task, error, time.perf_counter() - start),)
+
+
+def failed(task: ClipTask, error: BaseException, seconds: float = 0.0) -> Record:
+    """Return the record of a clip that failed."""
+    code = next((code for kind, code in _CODES if isinstance(error, kind)), "unexpected")
+    words = words_of(error)
+    if code == "unexpected":
+        last = traceback.extract_tb(error.__traceback__)[-1:]
+        place = f" ({Path(last[0].filename).name}:{last[0].lineno})" if last else ""
+        words = f"{type(error).__name__}: {words}{place}"
+    return Record(task.name, "", "failed", seconds=seconds, code=code, message=words)
+
+
+def _kept(task: ClipTask) -> tuple[Record, ...] | None:
+    """Return what an earlier run recorded, where nothing has changed since; else None."""
+    found = []
+    for number, place in enumerate(task.places):
+        before = task.before.get(place)
+        if before is None or before["status"] == "failed":
+            return None
+        files = [Path(path) for path in before["files"]]
+        try:
+            if Path(task.out, place).stat().st_size != before["bytes_out"] or not files:
+                return None
+            if _hash(task, number, files) != before["hash"]:
+                return None
+        except OSError:
+            return None
+        if any(not Path(task.out, places[number]).is_file() for _, places in task.beside):
+            return None
+        found.append(replace(Record.from_json(before), status="kept"))
+    return tuple(found)
+
+
+def _hash(task: ClipTask, number: int, files: Sequence[Path]) -> str:
+    """Hash all that an output depends on: bytes, treatment, and, where something is drawn, the clip's name."""
+    treatment = task.treatment.to_json()
+    for name in ("reference", "skeleton"):
+        # What counts is what they hold.
+        treatment.pop(name, None)
+    what = {
+        "version": version("retime"),
+        "treatment": treatment,
+        "ending": Path(task.places[number]).suffix.lower(),
+        "drawn": [task.name, number] if task.treatment.variants else None,
+        "files": [_digest(path) for path in (*files, *(Path(path) for path, _ in task.beside))],
+    }
+    return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
+
+
+def _digest(path: Path) -> str:
+    status = path.stat()
+    return _digest_of(str(path), status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=256)
+def _digest_of(path: str, mtime_ns: int, size: int) -> str:
+    # The cache is for references: of a clip, only this run looks twice.
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+# What is known of an output before it is written, what writes it (given its place, and whether it may replace), and
+# which frames of the clip it shows.
+_Found = tuple[Record, Callable[[Path, bool], None], ShownFrames | None]
+
+
+def _done(task: ClipTask) -> list[Record]:
+    """Find the timing of each output, and write it."""
+    given, path = task.treatment, Path(task.clip)
+    with noting_reads() as files:
+        found = _variants(task, path) if given.variants else [_single(task, path)]
+    for reference in given.reference:
+        files += [one for one in _reference_of(Path(reference), given)[1] if one not in files]
+    records = []
+    for number, (record, write_to, shown) in enumerate(found):
+        place = Path(task.out, task.places[number])
+        place.parent.mkdir(parents=True, exist_ok=True)
+        for source, places in task.beside:
+            if shown is None:
+                raise OptionError(f"{source}: several animations have several warps, and labels would go through one")
+            retime_beside(Path(source), Path(task.out, places[number]), shown, overwrite=task.overwrite)
+        write_to(place, task.overwrite)
+        records.append(
+            replace(
+                record,
+                output=task.places[number],
+                hash=_hash(task, number, files),
+                files=tuple(map(str, files)),
+                bytes_out=place.stat().st_size,
+                variant=number + 1 if given.variants else 0,
+            )
+        )
+    return records
+
+
+def _single(task: ClipTask, path: Path) -> _Found:
+    """Find the warp of a clip, or of each animation of a scene that is retimed in place."""
+    given = task.treatment
+    if not _keeps_curves(path, Path(task.places[0])):
+        whole, clip = _read_clip(path, given)
+        return _found(task, path, whole, clip, *_warp_of(clip, given))
+    names = animation_names(path, animation=given.animation)
+    if len(names) == 1:
+        whole, clip = _read_clip(path, replace(given, animation=names[0]))
+        return _found(task, path, whole, clip, *_warp_of(clip, given))
+    if given.frames is not None or given.drop_first:
+        raise OptionError(f"frames and drop_first are of one animation; there are {', '.join(names)}")
+    warps: dict[str, Warp] = {}
+    records = []
+    for name in names:
+        _, clip = _read_clip(path, replace(given, animation=name))
+        warps[name], search = _warp_of(clip, given)
+        records.append(_record(task, clip, warps[name], search))
+    totals = [record.total for record in records if record.total is not None]
+    together = replace(
+        records[0],
+        frames_in=sum(record.frames_in for record in records),
+        frames_out=sum(record.frames_out for record in records),
+        total=sum(totals) if totals else None,
+        optimal=all(record.optimal for record in records) if totals else None,
+        flights=sum(record.flights for record in records),
+        flights_kept=sum(record.flights_kept for record in records),
+    )
+
+    def write_to(place: Path, overwrite: bool) -> None:
+        retime_file(path, place, warps, animation=given.animation, rate=_rate(given.fps), overwrite=overwrite)
+
+    return together, write_to, None
+
+
+def _variants(task: ClipTask, path: Path) -> list[_Found]:
+    """Draw different timings, by the clip's name."""
+    given = task.treatment
+    whole, clip = _read_clip(path, given)
+    low, high = parse_speeds(given.speeds) if given.speeds is not None else (1 / 1.2, 1 / 0.8)
+    takes = variants(
+        clip,
+        given.variants,
+        lengths=(1 / high, 1 / low),
+        seed=_seed(task.name, given.seed),
+        **_arguments(clip, given),
+    )
+    return [_found(task, path, whole, clip, take.warp, take) for take in takes]
+
+
+def _seed(name: str, seed: int) -> int:
+    """Return a seed of a clip's own: the same wherever and in whichever order clips are done."""
+    return int.from_bytes(hashlib.sha256(f"{seed}/{name}".encode()).digest()[:7], "big")
+
+
+def _found(
+    task: ClipTask, path: Path, whole: AnyMotion, clip: AnyMotion, warp: Warp, search: GuidedWarp | None
+) -> _Found:
+    given = task.treatment
+    warp = replace(warp, name=clip.name)
+    skipped = clip.first_frame - whole.first_frame
+
+    def write_to(place: Path, overwrite: bool) -> None:
+        if _keeps_curves(path, place):
+            moved = replace(warp, input_times=warp.input_times + skipped / float(clip.rate), keytimes=())
+            retime_file(
+                path,
+                place,
+                moved if skipped else warp,
+                animation=given.animation,
+                rate=_rate(given.fps),
+                overwrite=overwrite,
+            )
+            return
+        write(resampled(clip, warp, average=given.average, on=given.on), place, overwrite=overwrite)
+
+    shown = ShownFrames(warp, clip.rate, whole.n_frames, skipped, clip.n_frames)
+    return _record(task, clip, warp, search), write_to, shown
+
+
+def resampled(clip: AnyMotion, warp: Warp, *, average: bool, on: int) -> AnyMotion:
+    """Show a clip of either kind with a warp, and hold each pose for some frames."""
+    if isinstance(clip, Signal):
+        return resample(apply_warp(clip, warp, average=average), on=on)
+    return resample(apply_warp(clip, warp, average=average), on=on)
+
+
+def _record(task: ClipTask, clip: AnyMotion, warp: Warp, search: GuidedWarp | None) -> Record:
+    flights = flight_timing(warp if search is None else search.staircase, flight_spans(clip), rate=float(clip.rate))
+    kept = thinned(len(warp.output_times), _KNOTS)
+    return Record(
+        task.name,
+        "",
+        "done",
+        rate=float(clip.rate),
+        frames_in=clip.n_frames,
+        frames_out=warp.count_frames(clip.rate),
+        total=None if search is None else search.total,
+        optimal=None if search is None else search.path.optimal,
+        flights=flights.n_flights,
+        flights_kept=flights.n_flights_kept,
+        knots=tuple(
+            (round(float(warp.output_times[i]), 4), round(float(warp.input_times[i]), 4)) for i in kept.tolist()
+        ),
+    )
+
+
+def _keeps_curves(source: Path, place: Path) -> bool:
+    return format_of(source).curves and format_of(place) == format_of(source)
+
+
+def _rate(text: str | None) -> Fraction | None:
+    return None if text is None else parse_rate(text)
+
+
+def _read(path: Path, given: Treatment) -> AnyMotion:
+    """Read a file as a treatment says; channels and a root that it hasn't got are passed over."""
+    options = ReadOptions(
+        rate=_rate(given.fps),
+        skeleton=None if given.skeleton is None else Path(given.skeleton),
+        repair=given.repair,
+        decimal_comma=given.decimal_comma,
+        channels=dict(map(parse_channel, given.channel)),
+        gaps=None if given.gaps is None else GapPolicy.parse(given.gaps),
+        arrays=given.array,
+        animation=given.animation,
+    )
+    clip = read_with(path, options, up=given.up, root=given.root)  # type: ignore[arg-type]
+    return clip if clip.name else replace(clip, name=path.stem)
+
+
+def _read_clip(path: Path, given: Treatment) -> tuple[AnyMotion, AnyMotion]:
+    """Read a clip; return it whole, and the part that is used."""
+    whole = _read(path, given)
+    refuse_unfit(whole, dict(map(parse_channel, given.channel)), given.root)
+    if given.drop_first >= whole.n_frames:
+        raise OptionError(f"drop_first {given.drop_first} leaves nothing: there are {whole.n_frames} frames")
+    clip = whole.frames(given.drop_first, whole.n_frames) if given.drop_first else whole
+    if given.frames is not None:
+        clip = clip.frames(*parse_frame_range(given.frames, clip.n_frames, clip.first_frame))
+    return whole, clip
+
+
+def _reference_of(path: Path, given: Treatment) -> tuple[AnyMotion, list[Path]]:
+    """Read a reference, or return what was read of it for another clip; and the files that it was read from."""
+    how = Treatment(
+        **{name: getattr(given, name) for name in ("skeleton", "up", "root", "gaps", "channel", "array", "repair")},
+        decimal_comma=given.decimal_comma,
+    )
+    status = path.stat()
+    key = (str(path), status.st_mtime_ns, status.st_size, json.dumps(how.to_json(), sort_keys=True))
+    if key not in _references:
+        while len(_references) >= _KEPT_REFERENCES:
+            del _references[next(iter(_references))]
+        with noting_reads() as files:
+            motion = _read(path, how)
+        _references[key] = motion, files
+    return _references[key]
+
+
+_references: dict[tuple[str, int, int, str], tuple[AnyMotion, list[Path]]] = {}
+
+
+def _references_of(clip: AnyMotion, given: Treatment) -> list[Reference]:
+    if not given.reference and given.reference_frames is None and not given.mirror:
+        return []
+    motions = [_reference_of(Path(path), given)[0] for path in given.reference] or [clip]
+    if given.reference_frames is not None:
+        motions = [
+            one.frames(*parse_frame_range(given.reference_frames, one.n_frames, one.first_frame)) for one in motions
+        ]
+    return [Reference(motion, mirror=given.mirror) for motion in motions]
+
+
+def _arguments(clip: AnyMotion, given: Treatment) -> dict[str, Any]:
+    """Return the options of a search as its functions take them."""
+    read = {
+        name: option_reader(BY_NAME[name])(value) if isinstance(value, str) else value
+        for name, value in given.search.items()
+    }
+    found = search_arguments(read, clip.rate)
+    if given.lock or given.keep:
+        kept = [Lock(*read_span(text).at(clip.rate), 0.0, 1.0) for text in given.keep]
+        found["locks"] = [*(Lock(*read_lock(text).at(clip.rate)) for text in given.lock), *kept]
+    references = _references_of(clip, given)
+    if references:
+        found["reference"] = references
+    return found
+
+
+def _warp_of(clip: AnyMotion, given: Treatment) -> tuple[Warp, GuidedWarp | None]:
+    """Find the warp by the treatment's method."""
+    keys = [read_key(text).at(clip.rate) for text in given.key]
+    if given.method == "guided":
+        search = guided_warp(clip, keys=keys, **_arguments(clip, given))
+        return search.warp, search
+    useless = [name for name in given.search if name != "length"]
+    if useless or given.reference or given.lock or given.keep:
+        raise OptionError(
+            f"method {given.method} has no search: {', '.join(useless) or 'references and locks'} would have no effect"
+        )
+    length = given.search.get("length")
+    with asking_for_a_share(clip, length):
+        keytimes = check_keytimes(as_keytimes(clip, length, keys), clip.end_time)
+    if given.method == "linear":
+        return linear_warp(keytimes), None
+    return spline_warp(keytimes, rate=float(clip.rate)), None

@@ -1,0 +1,179 @@
+"""Many clips on a Dask cluster: in chunks, in a window, and once more where a worker died.
+
+A chunk is a task of Dask's: 8 to 16 clips cost it as much as one (`docs/batch.md` has figures). Only as many are
+submitted as keep all workers busy: a scheduler that holds 50,000 at once is slow for minutes. A clip that kills what
+works at it does so in a process of its own (`retime.batch.child`), so that a worker of Dask's dies of other reasons
+only, and its chunk is run again.
+"""
+
+from __future__ import annotations
+
+import atexit
+import secrets
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retime.batch.child import ChildRunner
+from retime.batch.manifest import STATE
+from retime.batch.task import ClipTask, Record
+from retime.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+# Clips of a chunk, and chunks that wait at each thread of a worker beside the one at work.
+CHUNK, AHEAD = 8, 2
+# A clip that was alone at so many workers when they died is set aside.
+_AGAIN = 3
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What one clip may take.
+
+    Attributes
+    ----------
+    memory : int, optional
+        Bytes; None: as much as there is.
+    seconds : float
+        For one clip.
+    """
+
+    memory: int | None = None
+    seconds: float = 600.0
+
+
+def connect(scheduler: str | None, *, workers: int) -> Client:
+    """Return a client of a cluster: the one at an address, or one made on this machine.
+
+    Parameters
+    ----------
+    scheduler : str, optional
+        Address, ``tcp://host:8786``; left out, a cluster on this machine.
+    workers : int
+        Of the cluster on this machine.
+
+    Raises
+    ------
+    MissingExtraError
+        There is no Dask.
+    OSError
+        Nothing answers at the address.
+    """
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError as error:
+        raise MissingExtraError("retiming many clips", package="distributed", extra="batch") from error
+    if scheduler is not None:
+        return Client(scheduler, timeout="30s")
+    import dask
+
+    # What a worker holds is small; the clips lie in the processes that work at them, which have bounds of their own.
+    dask.config.set({"distributed.worker.memory.terminate": False})
+    cluster = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=50)
+    return Client(cluster)
+
+
+def run_serially(tasks: Iterable[ClipTask], out: Path, bounds: Bounds) -> Iterator[tuple[Record, ...]]:
+    """Do clips one after the other, each in a process that may die of it; needs no Dask."""
+    runner = ChildRunner(out, most_memory=bounds.memory, most_seconds=bounds.seconds)
+    try:
+        for task in tasks:
+            yield runner.run(task)
+    finally:
+        runner.close()
+
+
+def run_on(
+    client: Client,
+    tasks: Sequence[ClipTask],
+    out: Path,
+    bounds: Bounds,
+    refreshed: Callable[[ClipTask], ClipTask],
+    *,
+    chunk: int = CHUNK,
+) -> Iterator[tuple[Record, ...]]:
+    """Do clips on a cluster, and yield what became of each as it is known.
+
+    Parameters
+    ----------
+    client : distributed.Client
+        Of the cluster; its workers see the same folders.
+    tasks : sequence of ClipTask
+        What is to be done.
+    out : Path
+        The folder of all outputs.
+    bounds : Bounds
+        What one clip may take.
+    refreshed : function of ClipTask
+        Tells a task what workers have written by now of it; called where one has died.
+    chunk : int
+        Clips of a task of Dask's.
+
+    Raises
+    ------
+    ConnectionError
+        The scheduler is gone.
+    """
+    from distributed import as_completed
+
+    waiting = deque(tuple(tasks[i : i + chunk]) for i in range(0, len(tasks), chunk))
+    deaths: dict[str, int] = {}
+    at_work: dict[Future, tuple[ClipTask, ...]] = {}
+    completed = as_completed()
+
+    def submit() -> None:
+        threads = sum(client.nthreads().values()) or 1
+        while waiting and len(at_work) < threads * (1 + AHEAD):
+            part = waiting.popleft()
+            mark = secrets.token_hex(8)
+            lines = [task.to_json() for task in part]
+            future = client.submit(_do_chunk, lines, str(out), mark, bounds, pure=False, retries=0)
+            at_work[future] = part
+            completed.add(future)
+
+    submit()
+    while at_work:
+        future = next(completed)
+        part = at_work.pop(future)
+        if future.status in ("cancelled", "lost"):
+            raise ConnectionError("the scheduler is gone; run the same command again to go on")
+        answers = future.result() if future.status == "finished" else None
+        if answers is not None:
+            for answer in answers:
+                yield tuple(Record.from_json(line) for line in answer)
+        elif len(part) > 1:
+            waiting.extendleft((refreshed(task),) for task in reversed(part))
+        else:
+            (task,) = part
+            deaths[task.name] = deaths.get(task.name, 0) + 1
+            if deaths[task.name] < _AGAIN:
+                waiting.append((refreshed(task),))
+            else:
+                message = f"the worker that did it died {_AGAIN} times"
+                yield (Record(task.name, "", "failed", code="killed", message=message),)
+        submit()
+
+
+_runners: dict[tuple[int, str, Bounds], ChildRunner] = {}
+
+
+def _do_chunk(tasks: list[dict[str, Any]], out: str, mark: str, bounds: Bounds) -> list[list[dict[str, Any]]] | None:
+    """Do the clips of a chunk; runs in a worker. None, where a worker that began it has died.
+
+    Dask by itself runs a task again whose worker died, and knows nothing of what was done by then.
+    """
+    try:
+        (Path(out) / STATE / f"chunk-{mark}").open("x").close()
+    except FileExistsError:
+        return None
+    key = (threading.get_ident(), out, bounds)
+    if key not in _runners:
+        _runners[key] = ChildRunner(Path(out), most_memory=bounds.memory, most_seconds=bounds.seconds)
+        atexit.register(_runners[key].close)
+    runner = _runners[key]
+    return [[record.to_json() for record in runner.run(ClipTask.from_json(task))] for task in tasks]

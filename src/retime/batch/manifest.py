@@ -1,0 +1,240 @@
+"""What became of every clip, on the disk line by line, so that a run that ends anywhere goes on where it ended.
+
+The output folder has ``manifest.jsonl``, a line for each output or failed clip, the last one for a place holds. While a
+run is at work each process that writes outputs keeps a journal of its own in ``.retime``: which places it is about to
+write, and what it has written. A run that begins takes in the journals of one that did not end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import secrets
+import socket
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TextIO
+
+from retime.batch.task import ClipTask, Record
+from retime.errors import MissingExtraError, OptionError
+from retime.files import write_bytes
+
+MANIFEST, TABLE, STATE = "manifest.jsonl", "manifest.parquet", ".retime"
+
+# Of a manifest's line, what a table of all of them leaves out: it is for pictures, and for the next run.
+_NOT_IN_TABLE = ("knots", "files")
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What earlier runs left.
+
+    Attributes
+    ----------
+    records : dict of str to dict
+        The last line about each place.
+    intended : set of str
+        Places that a process was about to write: what is there is a run's own.
+    """
+
+    records: dict[str, dict[str, Any]] = field(default_factory=dict)
+    intended: set[str] = field(default_factory=set)
+
+    def may_write(self, out: Path, places: Iterable[str]) -> bool:
+        """Tell whether what stands at places, if anything, is a run's own."""
+        return all(place in self.records or place in self.intended or not (out / place).exists() for place in places)
+
+
+class Journal:
+    """Lines that one process appends to a file of its own, each at once.
+
+    Parameters
+    ----------
+    out : Path
+        The folder of all outputs.
+    """
+
+    def __init__(self, out: Path) -> None:
+        self._folder = out / STATE
+        self._file: TextIO | None = None
+
+    def intend(self, task: ClipTask) -> None:
+        """Say which places are about to be written."""
+        self._append({"intended": list(task.places)})
+
+    def written(self, records: Iterable[Record]) -> None:
+        """Say what was written."""
+        for record in records:
+            if record.status == "done":
+                self._append(record.to_json())
+
+    def _append(self, line: dict[str, Any]) -> None:
+        if self._file is None:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            name = f"journal-{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}.jsonl"
+            self._file = (self._folder / name).open("x", encoding="utf-8")
+        # What the system was handed survives the death of this process.
+        self._file.write(json.dumps(line) + "\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close it."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+class Manifest:
+    """The manifest of an output folder, open for one run.
+
+    Parameters
+    ----------
+    out : Path
+        The folder; it is made.
+
+    Raises
+    ------
+    OptionError
+        Another run is at work in this folder.
+    """
+
+    def __init__(self, out: Path) -> None:
+        self.out = out
+        (out / STATE).mkdir(parents=True, exist_ok=True)
+        self._lock = (out / STATE / "lock").open("a")
+        if not _locked(self._lock):
+            self._lock.close()
+            raise OptionError(f"another run is at work in {out}: wait for its end, or stop it")
+        self.known = Known()
+        # Of each journal, up to where it was taken in.
+        self._heard: dict[Path, int] = {}
+        self._take_in(out / MANIFEST)
+        journals = self._take_in_journals()
+        self._file = (out / MANIFEST).open("a", encoding="utf-8")
+        if journals:
+            self._rewrite(self.known.records.values())
+            self._remove(journals)
+
+    def _take_in_journals(self) -> list[Path]:
+        journals = sorted((self.out / STATE).glob("journal-*.jsonl"))
+        for journal in journals:
+            self._take_in(journal)
+        return journals
+
+    def _take_in(self, path: Path) -> None:
+        """Take in the whole lines that a file has got since it was looked at last."""
+        if not path.exists():
+            return
+        with path.open("rb") as file:
+            file.seek(self._heard.get(path, 0))
+            for line in file:
+                # The last line of a process that died, or is at work, may end anywhere.
+                if not line.endswith(b"\n"):
+                    break
+                self._heard[path] = self._heard.get(path, 0) + len(line)
+                with contextlib.suppress(ValueError, KeyError, TypeError):
+                    found = json.loads(line)
+                    if "intended" in found:
+                        self.known.intended.update(found["intended"])
+                    else:
+                        self.known.records[_key(Record.from_json(found))] = found
+
+    def refreshed(self, task: ClipTask) -> ClipTask:
+        """Return a task that knows what the journals say by now of its places."""
+        self._take_in_journals()
+        before = {place: self.known.records[place] for place in task.places if place in self.known.records}
+        own = self.known.may_write(self.out, task.places)
+        return replace(task, before=before, overwrite=task.overwrite or own)
+
+    def add(self, records: Iterable[Record]) -> None:
+        """Append lines."""
+        for record in records:
+            line = record.to_json()
+            self.known.records[_key(record)] = line
+            if record.status != "kept":
+                self._file.write(json.dumps(line) + "\n")
+        self._file.flush()
+
+    def finish(self, records: Iterable[Record]) -> None:
+        """Write the manifest anew, with these lines alone, and as a table; the journals are done with.
+
+        Raises
+        ------
+        MissingExtraError
+            There is no pyarrow for the table; the manifest is written.
+        """
+        lines = [record.to_json() for record in records]
+        journals = list((self.out / STATE).glob("journal-*.jsonl"))
+        self._rewrite(lines)
+        self._remove([*journals, *(self.out / STATE).glob("chunk-*")])
+        _write_table(lines, self.out / TABLE)
+
+    def _rewrite(self, lines: Iterable[dict[str, Any]]) -> None:
+        self._file.close()
+        write_bytes(self.out / MANIFEST, (json.dumps(line).encode() + b"\n" for line in lines), overwrite=True)
+        self._file = (self.out / MANIFEST).open("a", encoding="utf-8")
+
+    @staticmethod
+    def _remove(journals: Iterable[Path]) -> None:
+        for journal in journals:
+            # On Windows a file that a process has open stays; it is taken in once more, which changes nothing.
+            with contextlib.suppress(OSError):
+                journal.unlink()
+
+    def close(self) -> None:
+        """Let another run begin."""
+        self._file.close()
+        self._lock.close()
+
+
+def _key(record: Record) -> str:
+    return record.output or f"failed: {record.name}"
+
+
+def read_manifest(out: Path) -> Iterator[Record]:
+    """Read the manifest of an output folder."""
+    with (out / MANIFEST).open(encoding="utf-8") as file:
+        for line in file:
+            yield Record.from_json(json.loads(line))
+
+
+def _locked(file: TextIO) -> bool:
+    """Take hold of a file until the process ends; where the system has no such locks, nobody is kept out."""
+    try:
+        import fcntl
+    except ImportError:
+        return True
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        # A file system without locks.
+        return True
+    return True
+
+
+def _write_table(lines: list[dict[str, Any]], place: Path) -> None:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise MissingExtraError("the manifest as a table", package="pyarrow", extra="batch") from error
+    from io import BytesIO
+
+    rows = [
+        {name: value for name, value in line.items() if name not in _NOT_IN_TABLE}
+        | {"warnings": "\n".join(line["warnings"])}
+        for line in lines
+    ]
+    kinds = {"str": pyarrow.string(), "int": pyarrow.int64(), "float": pyarrow.float64(), "bool": pyarrow.bool_()}
+    columns = [
+        (name, kinds[str(one.type).removesuffix(" | None")] if name not in ("status", "warnings") else kinds["str"])
+        for name, one in Record.__dataclass_fields__.items()
+        if name not in _NOT_IN_TABLE
+    ]
+    data = BytesIO()
+    parquet.write_table(pyarrow.Table.from_pylist(rows, schema=pyarrow.schema(columns)), data)
+    write_bytes(place, data.getvalue(), overwrite=True)

@@ -1,0 +1,145 @@
+"""What is to be done with one clip, and what became of it: plain data that goes to another machine and into a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+from retime.batch.treatment import Treatment, settings
+from retime.brief import brief_repr
+
+Status = Literal["done", "kept", "failed"]
+
+
+@dataclass(frozen=True)
+class ClipTask:
+    """A clip, and what is to become of it.
+
+    Attributes
+    ----------
+    clip : str
+        Its file.
+    name : str
+        What it is called: its place below the folder of all of them, with ``/``. What is drawn depends on it.
+    out : str
+        The folder of all outputs.
+    places : tuple of str
+        Where in it its output goes; of variants, one for each.
+    treatment : Treatment
+        What it gets.
+    beside : tuple of (str, tuple of str)
+        Files that go through the same warp, each with its places in `out`.
+    before : mapping, optional
+        What an earlier run recorded of each place (`Record.to_json`): where nothing changed since, nothing is done.
+    overwrite : bool
+        Replace what is there: it was asked for, or an earlier run says that it is its own.
+    """
+
+    clip: str
+    name: str
+    out: str
+    places: tuple[str, ...]
+    treatment: Treatment
+    beside: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    before: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    overwrite: bool = False
+
+    __repr__ = brief_repr
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        return asdict(self) | {"treatment": self.treatment.to_json()}
+
+    @classmethod
+    def from_json(cls, given: Mapping[str, Any]) -> ClipTask:
+        """Make it of what `to_json` returned."""
+        return cls(
+            clip=given["clip"],
+            name=given["name"],
+            out=given["out"],
+            places=tuple(given["places"]),
+            treatment=Treatment().with_(settings(given["treatment"])),
+            beside=tuple((path, tuple(places)) for path, places in given["beside"]),
+            before=given["before"],
+            overwrite=given["overwrite"],
+        )
+
+
+@dataclass(frozen=True)
+class Record:
+    """What became of one output; a line of the manifest.
+
+    Attributes
+    ----------
+    name : str
+        The clip.
+    output : str
+        The file, as it stands in the folder of all outputs; "" where the clip failed.
+    status : {"done", "kept", "failed"}
+        "kept": it was there, made of the same by the same.
+    hash : str
+        Of all that it is made of: the bytes that were read, the treatment, the version of retime.
+    files : tuple of str
+        The files that were read.
+    bytes_out : int
+        Size of the output.
+    variant : int
+        Its number, from 1; 0 where there is but one output.
+    rate : float
+        Frames a second.
+    frames_in, frames_out : int
+        Lengths.
+    total : float, optional
+        Of the search (Eq. 1); None where there was none.
+    optimal : bool, optional
+        Whether it was proved to be the best possible.
+    flights, flights_kept : int
+        Of the clip, and those that play at unit speed from end to end.
+    knots : tuple of (float, float)
+        The warp for a picture: output and input times, seconds, thinned.
+    seconds : float
+        That it took.
+    code, message : str
+        Of a failure: what kind, and what was said.
+    warnings : tuple of str
+        What was assumed or repaired.
+    """
+
+    name: str
+    output: str
+    status: Status
+    hash: str = ""
+    files: tuple[str, ...] = ()
+    bytes_out: int = 0
+    variant: int = 0
+    rate: float = 0.0
+    frames_in: int = 0
+    frames_out: int = 0
+    total: float | None = None
+    optimal: bool | None = None
+    flights: int = 0
+    flights_kept: int = 0
+    knots: tuple[tuple[float, float], ...] = ()
+    seconds: float = 0.0
+    code: str = ""
+    message: str = ""
+    warnings: tuple[str, ...] = ()
+
+    __repr__ = brief_repr
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON has it."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, given: Mapping[str, Any]) -> Record:
+        """Make it of what `to_json` returned, or what JSON made of that."""
+        return cls(
+            **{
+                **given,
+                "files": tuple(given["files"]),
+                "warnings": tuple(given["warnings"]),
+                "knots": tuple((a, b) for a, b in given["knots"]),
+            }
+        )
