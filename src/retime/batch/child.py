@@ -18,6 +18,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
+from retime.batch.clip import failed, retime_clip
 from retime.batch.task import ClipTask, Record
 
 # A clip of which so many processes have died is set aside.
@@ -57,9 +58,9 @@ class ChildRunner:
         seconds = time.perf_counter() - begun
         if how == "timeout":
             message = f"not done after {self._seconds:g} s; its process was ended (--time-limit sets another)"
-            return (Record(task.name, "", "failed", seconds=seconds, code="timeout", message=message),)
+            return (failed(task, "timeout", message, seconds),)
         message = f"{TRIES} processes died of it, the last one with {how}; it was set aside"
-        return (Record(task.name, "", "failed", seconds=seconds, code="killed", message=message),)
+        return (failed(task, "killed", message, seconds),)
 
     def _ask(self, task: ClipTask) -> tuple[list[dict[str, Any]] | None, str]:
         """Return what the process answers; None where it ends without, and how."""
@@ -126,7 +127,6 @@ def _listen(stream: IO[bytes], answers: queue.Queue[bytes | None]) -> None:
 
 def serve(out: str, most_memory: int) -> None:
     """Do clips as they are asked for, until the owner is gone."""
-    from retime.batch.clip import retime_clip
     from retime.batch.manifest import Journal
 
     answers = os.fdopen(os.dup(1), "wb", buffering=0)

@@ -11,7 +11,7 @@ import json
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
@@ -91,46 +91,65 @@ def retime_clip(task: ClipTask, *, begun: Callable[[], None] = lambda: None) -> 
         One for each output; a single one where the clip failed. No error of a clip is raised.
     """
     start = time.perf_counter()
+    with noting_reads() as files:
+        try:
+            kept = _kept(task)
+            if kept is not None:
+                return kept
+            begun()
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("ignore")
+                warnings.simplefilter("always", RetimeWarning)
+                records = _done(task, files)
+            said = tuple(dict.fromkeys(str(one.message) for one in caught))
+            seconds = (time.perf_counter() - start) / len(records)
+            return tuple(replace(record, seconds=seconds, warnings=said) for record in records)
+        except Exception as error:
+            # Whatever is wrong with one clip is reported with it, and the others go on.
+            code = next((code for kind, code in _CODES if isinstance(error, kind)), "unexpected")
+            return (failed(task, code, _words(error, code), time.perf_counter() - start, files),)
+
+
+def failed(task: ClipTask, code: str, message: str, seconds: float, files: Sequence[Path] = ()) -> Record:
+    """Return the record of a clip that failed, whose files are as they are now."""
+    files = list(files) or [Path(task.clip)]
     try:
-        kept = _kept(task)
-        if kept is not None:
-            return kept
-        begun()
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("ignore")
-            warnings.simplefilter("always", RetimeWarning)
-            records = _done(task)
-        said = tuple(dict.fromkeys(str(one.message) for one in caught))
-        seconds = (time.perf_counter() - start) / len(records)
-        return tuple(replace(record, seconds=seconds, warnings=said) for record in records)
-    except Exception as error:
-        # Whatever is wrong with one clip is reported with it, and the others go on.
-        return (failed(task, error, time.perf_counter() - start),)
+        known = _hash(task, 0, files)
+    except OSError:
+        # It can't be read, so nobody can tell whether it changes.
+        known = ""
+    return Record(
+        task.name,
+        "",
+        "failed",
+        hash=known,
+        files=tuple(map(str, files)),
+        seconds=seconds,
+        code=code,
+        message=message,
+    )
 
 
-def failed(task: ClipTask, error: BaseException, seconds: float = 0.0) -> Record:
-    """Return the record of a clip that failed."""
-    code = next((code for kind, code in _CODES if isinstance(error, kind)), "unexpected")
+def _words(error: Exception, code: str) -> str:
     words = words_of(error)
-    if code == "unexpected":
-        last = traceback.extract_tb(error.__traceback__)[-1:]
-        place = f" ({Path(last[0].filename).name}:{last[0].lineno})" if last else ""
-        words = f"{type(error).__name__}: {words}{place}"
-    return Record(task.name, "", "failed", seconds=seconds, code=code, message=words)
+    if code != "unexpected":
+        return words
+    last = traceback.extract_tb(error.__traceback__)[-1:]
+    place = f" ({Path(last[0].filename).name}:{last[0].lineno})" if last else ""
+    return f"{type(error).__name__}: {words}{place}"
 
 
 def _kept(task: ClipTask) -> tuple[Record, ...] | None:
     """Return what an earlier run recorded, where nothing has changed since; else None."""
+    if task.failed_before is not None and _unchanged(task, 0, task.failed_before):
+        return (Record.from_json(task.failed_before),)
     found = []
     for number, place in enumerate(task.places):
         before = task.before.get(place)
-        if before is None or before["status"] == "failed":
+        if before is None or not _unchanged(task, number, before):
             return None
-        files = [Path(path) for path in before["files"]]
         try:
-            if Path(task.out, place).stat().st_size != before["bytes_out"] or not files:
-                return None
-            if _hash(task, number, files) != before["hash"]:
+            if Path(task.out, place).stat().st_size != before["bytes_out"]:
                 return None
         except OSError:
             return None
@@ -138,6 +157,14 @@ def _kept(task: ClipTask) -> tuple[Record, ...] | None:
             return None
         found.append(replace(Record.from_json(before), status="kept"))
     return tuple(found)
+
+
+def _unchanged(task: ClipTask, number: int, before: Mapping[str, Any]) -> bool:
+    """Tell whether all that a record was made of is as it was."""
+    try:
+        return bool(before["hash"]) and _hash(task, number, [Path(path) for path in before["files"]]) == before["hash"]
+    except OSError:
+        return False
 
 
 def _hash(task: ClipTask, number: int, files: Sequence[Path]) -> str:
@@ -173,11 +200,11 @@ def _digest_of(path: str, mtime_ns: int, size: int) -> str:
 _Found = tuple[Record, Callable[[Path, bool], None], ShownFrames | None]
 
 
-def _done(task: ClipTask) -> list[Record]:
-    """Find the timing of each output, and write it."""
+def _done(task: ClipTask, noted: list[Path]) -> list[Record]:
+    """Find the timing of each output, and write it; `noted` are the files that were read so far."""
     given, path = task.treatment, Path(task.clip)
-    with noting_reads() as files:
-        found = _variants(task, path) if given.variants else [_single(task, path)]
+    found = _variants(task, path) if given.variants else [_single(task, path)]
+    files = list(noted)
     for reference in given.reference:
         files += [one for one in _reference_of(Path(reference), given)[1] if one not in files]
     records = []

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retime.batch.child import ChildRunner
+from retime.batch.clip import failed
 from retime.batch.manifest import STATE
 from retime.batch.task import ClipTask, Record
 from retime.errors import MissingExtraError
@@ -155,7 +156,7 @@ def run_on(
                 waiting.append((refreshed(task),))
             else:
                 message = f"the worker that did it died {_AGAIN} times"
-                yield (Record(task.name, "", "failed", code="killed", message=message),)
+                yield (failed(task, "killed", message, 0.0),)
         submit()
 
 

@@ -42,6 +42,12 @@ class Known:
     records: dict[str, dict[str, Any]] = field(default_factory=dict)
     intended: set[str] = field(default_factory=set)
 
+    def learn(self, record: Record, line: dict[str, Any]) -> None:
+        """Take in a later line."""
+        self.records[record.output or failure_key(record.name)] = line
+        if record.output:
+            self.records.pop(failure_key(record.name), None)
+
     def may_write(self, out: Path, places: Iterable[str]) -> bool:
         """Tell whether what stands at places, if anything, is a run's own."""
         return all(place in self.records or place in self.intended or not (out / place).exists() for place in places)
@@ -117,6 +123,15 @@ class Manifest:
             self._rewrite(self.known.records.values())
             self._remove(journals)
 
+    @classmethod
+    def look(cls, out: Path) -> Known:
+        """Return what earlier runs left, and change nothing."""
+        looking = cls.__new__(cls)
+        looking.out, looking.known, looking._heard = out, Known(), {}
+        looking._take_in(out / MANIFEST)
+        looking._take_in_journals()
+        return looking.known
+
     def _take_in_journals(self) -> list[Path]:
         journals = sorted((self.out / STATE).glob("journal-*.jsonl"))
         for journal in journals:
@@ -139,7 +154,7 @@ class Manifest:
                     if "intended" in found:
                         self.known.intended.update(found["intended"])
                     else:
-                        self.known.records[_key(Record.from_json(found))] = found
+                        self.known.learn(Record.from_json(found), found)
 
     def refreshed(self, task: ClipTask) -> ClipTask:
         """Return a task that knows what the journals say by now of its places."""
@@ -152,7 +167,7 @@ class Manifest:
         """Append lines."""
         for record in records:
             line = record.to_json()
-            self.known.records[_key(record)] = line
+            self.known.learn(record, line)
             if record.status != "kept":
                 self._file.write(json.dumps(line) + "\n")
         self._file.flush()
@@ -189,8 +204,9 @@ class Manifest:
         self._lock.close()
 
 
-def _key(record: Record) -> str:
-    return record.output or f"failed: {record.name}"
+def failure_key(name: str) -> str:
+    """Return under what a clip that failed is known."""
+    return f"failed: {name}"
 
 
 def read_manifest(out: Path) -> Iterator[Record]:

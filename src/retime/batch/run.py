@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from retime.batch.engine import CHUNK, Bounds, connect, run_on, run_serially
-from retime.batch.manifest import Known, Manifest
+from retime.batch.manifest import Known, Manifest, failure_key
 from retime.batch.recipe import Recipe
 from retime.batch.task import ClipTask, Record
 from retime.batch.treatment import Treatment, settings
@@ -85,7 +85,16 @@ class BatchResult:
         return {status: found[status] for status in ("done", "kept", "failed")}
 
 
-def plan(folder: Path, out: Path, recipe: Recipe, known: Known, *, restart: bool = False, force: bool = False) -> Plan:
+def plan(
+    folder: Path,
+    out: Path,
+    recipe: Recipe,
+    known: Known,
+    *,
+    restart: bool = False,
+    retry: bool = False,
+    force: bool = False,
+) -> Plan:
     """Say what is to be done for each clip of a folder.
 
     Parameters
@@ -98,6 +107,8 @@ def plan(folder: Path, out: Path, recipe: Recipe, known: Known, *, restart: bool
         What earlier runs left.
     restart : bool
         Do everything again.
+    retry : bool
+        Try again what failed, though nothing has changed.
     force : bool
         Replace files in `out` that no run wrote.
 
@@ -130,7 +141,7 @@ def plan(folder: Path, out: Path, recipe: Recipe, known: Known, *, restart: bool
         if output in taken:
             raise OptionError(f"{taken[output]} and {clip.name} would both be written as {output}")
         taken[output] = clip.name
-        tasks.append(_task(clip, output, treatment, out, known, restart=restart, force=force))
+        tasks.append(_task(clip, output, treatment, out, known, restart=restart, retry=retry, force=force))
     sizes = {clip.name: clip.size for clip in tree.clips}
     return Plan(tuple(tasks), tree, out, sizes, len(tree.clips) - len(tasks))
 
@@ -146,7 +157,15 @@ def _ending(treatment: Treatment | None) -> str | None:
 
 
 def _task(
-    clip: FoundClip, output: str, treatment: Treatment, out: Path, known: Known, *, restart: bool, force: bool
+    clip: FoundClip,
+    output: str,
+    treatment: Treatment,
+    out: Path,
+    known: Known,
+    *,
+    restart: bool,
+    retry: bool,
+    force: bool,
 ) -> ClipTask:
     if clip.cut is not None and treatment.frames is None:
         treatment = replace(treatment, frames=f"{clip.cut[0]}:{clip.cut[1]}")
@@ -166,6 +185,7 @@ def _task(
         treatment,
         tuple(beside),
         {} if restart else {place: known.records[place] for place in places if place in known.records},
+        None if restart or retry else known.records.get(failure_key(clip.name)),
         force or known.may_write(out, places),
     )
 
@@ -189,6 +209,7 @@ def run(
     most_memory: int | None = None,
     most_seconds: float = 600.0,
     restart: bool = False,
+    retry: bool = False,
     force: bool = False,
     progress: Callable[[ClipTask, tuple[Record, ...]], None] | None = None,
 ) -> BatchResult:
@@ -215,6 +236,8 @@ def run(
         Seconds that a clip may take.
     restart : bool
         Do everything again.
+    retry : bool
+        Try again what failed, though nothing has changed.
     force : bool
         Replace files in `out` that no run wrote.
     progress : function of (ClipTask, tuple of Record), optional
@@ -238,7 +261,7 @@ def run(
     out.mkdir(parents=True, exist_ok=True)
     manifest = Manifest(out)
     try:
-        planned = plan(folder, out, recipe, manifest.known, restart=restart, force=force)
+        planned = plan(folder, out, recipe, manifest.known, restart=restart, retry=retry, force=force)
         records = list(
             do_plan(planned, manifest, bounds, client=client, workers=workers, chunk=chunk, progress=progress)
         )

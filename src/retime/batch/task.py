@@ -32,6 +32,8 @@ class ClipTask:
         Files that go through the same warp, each with its places in `out`.
     before : mapping, optional
         What an earlier run recorded of each place (`Record.to_json`): where nothing changed since, nothing is done.
+    failed_before : mapping, optional
+        What an earlier run recorded of the clip where it failed; unchanged, it is not tried again.
     overwrite : bool
         Replace what is there: it was asked for, or an earlier run says that it is its own.
     """
@@ -43,6 +45,7 @@ class ClipTask:
     treatment: Treatment
     beside: tuple[tuple[str, tuple[str, ...]], ...] = ()
     before: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    failed_before: Mapping[str, Any] | None = None
     overwrite: bool = False
 
     __repr__ = brief_repr
@@ -62,6 +65,7 @@ class ClipTask:
             treatment=Treatment().with_(settings(given["treatment"])),
             beside=tuple((path, tuple(places)) for path, places in given["beside"]),
             before=given["before"],
+            failed_before=given["failed_before"],
             overwrite=given["overwrite"],
         )
 

@@ -17,8 +17,8 @@ from retime.formats.registry import FORMATS
 FRAME_CUTS = "Frame_Cuts.csv"
 """100STYLE's table of which frames of its clips are more than standing and calibrating."""
 
-# Folders that are nobody's data: what tools keep, and what begins with a dot.
-_STATE_FOLDER = ".retime"
+# What a run leaves in its output folder, which may be the next one's input.
+_OWN = ("manifest.jsonl", "manifest.parquet")
 _NO_CUT = {"", "n/a", "na", "nan"}
 
 
@@ -92,7 +92,7 @@ def find_clips(root: Path, *, beside: tuple[str, ...] = ()) -> Tree:
             belonging.add(str(PurePosixPath(name).with_name(pattern.replace("{stem}", plain.stem))))
     clips = []
     for name, path in sorted(files.items()):
-        if plain_path(path).suffix.lower() not in endings or name == FRAME_CUTS or name in belonging:
+        if plain_path(path).suffix.lower() not in endings or name in (FRAME_CUTS, *_OWN) or name in belonging:
             continue
         clips.append(FoundClip(path, name, path.stat().st_size, cuts.get(plain_path(path).stem)))
     return Tree(root, tuple(clips), rows)

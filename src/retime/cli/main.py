@@ -16,14 +16,16 @@ from retime.cli.exit_codes import (
     EXIT_FILE,
     EXIT_INFEASIBLE,
     EXIT_INTERRUPTED,
+    EXIT_NONE_DONE,
     EXIT_OK,
+    EXIT_SOME_FAILED,
     EXIT_USAGE,
     exit_code,
 )
 from retime.errors import RetimeError, words_of
 
 # In the order of their use. Each is `command` in a module, mostly of its name.
-COMMANDS = ("warp", "imitate", "apply", "export", "import", "plot", "info", "convert", "demo", "edit")
+COMMANDS = ("warp", "imitate", "apply", "export", "import", "plot", "info", "convert", "batch", "demo", "edit")
 # Where the module has another name than the command; one is a word of Python's own.
 _MODULES = {"export": "export_curve", "import": "import_curve"}
 
@@ -41,6 +43,8 @@ Exit codes
   {EXIT_FILE}    a file could not be read or written, or an optional package is missing
   {EXIT_USAGE}    the options are wrong, or contradict each other or the data
   {EXIT_INFEASIBLE}    no warp meets the keytimes within the limits
+  {EXIT_SOME_FAILED}    of many clips (batch), some failed
+  {EXIT_NONE_DONE}    of many clips, all failed
   {EXIT_INTERRUPTED}  interrupted (Ctrl-C)
 
 \b

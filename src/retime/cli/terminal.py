@@ -80,7 +80,7 @@ def showing_warnings() -> Iterator[None]:
                 otherwise(message, category, filename, lineno, file, line)
             elif str(message) not in shown:
                 shown.add(str(message))
-                _live_line.clear()
+                live_line.clear()
                 _print(f"warning: {message}", err=True)
 
         warnings.showwarning = show
@@ -112,7 +112,7 @@ class _LiveLine:
             sys.stderr.flush()
 
 
-_live_line = _LiveLine()
+live_line = _LiveLine()
 
 
 def progress_text(doing: str, seconds: float, share: float) -> str:
@@ -164,7 +164,7 @@ class Stages:
             if self._live:
                 done.set()
                 ticker.join()
-                _live_line.clear()
+                live_line.clear()
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
     def tell(self, share: float) -> None:
@@ -174,6 +174,6 @@ class Stages:
 
     def _tick(self, doing: str, start: float, done: threading.Event) -> None:
         while True:
-            _live_line.show(progress_text(doing, time.perf_counter() - start, self._share))
+            live_line.show(progress_text(doing, time.perf_counter() - start, self._share))
             if done.wait(_TICK):
                 return

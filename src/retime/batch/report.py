@@ -1,0 +1,145 @@
+"""The report of a run: one page of HTML that needs nothing else."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from retime.batch.task import Record
+from retime.errors import OptionError
+from retime.svg import Panel
+
+# Clips that are shown as pictures, and failures of a kind that are listed.
+_WORST, _LISTED = 12, 200
+_BINS = 24
+
+_STYLE = """\
+:root { color-scheme: light dark; --line: #d5dae1; --quiet: #64748b; }
+body { font: 15px/1.5 system-ui, sans-serif; margin: 0 auto; max-width: 75rem; padding: 1rem 1.5rem 3rem; }
+h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; }
+table { border-collapse: collapse; } td, th { padding: .25rem .8rem .25rem 0; text-align: left; vertical-align: top; }
+th { color: var(--quiet); font-weight: 500; } tr + tr > * { border-top: 1px solid var(--line); }
+.row { display: flex; flex-wrap: wrap; gap: 1rem; } figure { margin: 0; max-width: 392px; }
+figcaption { overflow-wrap: anywhere; } .quiet { color: var(--quiet); } svg { max-width: 100%; height: auto; }
+td { overflow-wrap: anywhere; }
+"""
+
+
+def report_html(records: Sequence[Record], *, title: str, seconds: float) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    records : sequence of Record
+        Of all outputs and failures.
+    title : str
+        What was done to what, for its heading.
+    seconds : float
+        That the run took.
+    """
+    made = [record for record in records if record.status != "failed"]
+    failures = [record for record in records if record.status == "failed"]
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width">'
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>\n"
+        f"<h1>{html.escape(title)}</h1>\n{_counts(records, seconds)}\n{_distributions(made)}\n{_worst(made)}\n"
+        f"{_failures(failures)}\n</body></html>\n"
+    )
+
+
+def _counts(records: Sequence[Record], seconds: float) -> str:
+    counted = Counter(record.status for record in records)
+    made = [record for record in records if record.status != "failed"]
+    flights, kept = sum(record.flights for record in made), sum(record.flights_kept for record in made)
+    facts = {
+        "Clips": f"{len({record.name for record in records}):,}",
+        "Outputs made": f"{counted['done']:,}",
+        "Outputs that were there": f"{counted['kept']:,}",
+        "Clips that failed": f"{counted['failed']:,}",
+        "Seconds of motion": f"{sum(record.frames_out / record.rate for record in made if record.rate):,.0f}",
+        "Flights that keep every frame": f"{kept:,} of {flights:,}",
+        "Time": f"{seconds:,.1f} s",
+    }
+    rows = "".join(f"<tr><th>{name}</th><td>{value}</td></tr>" for name, value in facts.items())
+    return f"<table>{rows}</table>"
+
+
+def _distributions(made: Sequence[Record]) -> str:
+    if not made:
+        return ""
+    pictures = [
+        _histogram("length, % of the input", [100 * r.frames_out / r.frames_in for r in made if r.frames_in], "%"),
+        _histogram("input, seconds", [r.frames_in / r.rate for r in made if r.rate], "s"),
+        _histogram("highest speed", [_fastest(r) for r in made if r.knots], "x"),
+        _histogram("time for an output, ms", [1000 * r.seconds for r in made], "ms"),
+    ]
+    return f'<h2>Distributions</h2><div class="row">{"".join(pictures)}</div>'
+
+
+def _histogram(title: str, values: Iterable[float], unit: str) -> str:
+    numbers = np.array([value for value in values if math.isfinite(value)])
+    if not len(numbers):
+        return ""
+    counts, edges = np.histogram(numbers, bins=_BINS)
+    panel = Panel(title, float(edges[0]), float(edges[-1]), 0.0, float(counts.max()), of=unit)
+    panel.rule(0.0, "0", strong=True)
+    panel.rule(float(counts.max()), f"{counts.max():,}")
+    panel.line(np.repeat(edges, 2)[1:-1], np.repeat(counts, 2))
+    return f"<figure>{panel.svg()}<figcaption class=quiet>median {np.median(numbers):.4g} {unit}</figcaption></figure>"
+
+
+def _fastest(record: Record) -> float:
+    knots = np.array(record.knots)
+    return float((np.diff(knots[:, 1]) / np.diff(knots[:, 0])).max())
+
+
+def _lost(record: Record) -> tuple[float, float]:
+    """Order outputs by what a person would look at first: flights lost, then the highest speed."""
+    return record.flights - record.flights_kept, _fastest(record) if record.knots else 0.0
+
+
+def _worst(made: Sequence[Record]) -> str:
+    worst = sorted((record for record in made if record.knots), key=_lost, reverse=True)[:_WORST]
+    if not worst:
+        return ""
+    pictures = []
+    for record in worst:
+        knots = np.array(record.knots)
+        panel = Panel("input time (s)", knots[0, 0], knots[-1, 0], knots[:, 1].min(), knots[:, 1].max())
+        for value in (knots[:, 1].min(), knots[:, 1].max()):
+            panel.rule(float(value), f"{value:.3g}")
+        panel.line(knots[:, 0], knots[:, 1])
+        words = f"{record.flights_kept} of {record.flights} flights kept, up to {_fastest(record):.1f}x"
+        pictures.append(
+            f"<figure>{panel.svg()}<figcaption>{html.escape(record.output)}<br><span class=quiet>{words}</span>"
+            "</figcaption></figure>"
+        )
+    return (
+        "<h2>To look at first</h2><p class=quiet>Where most flights lost frames, then where the speed is highest."
+        f'</p><div class="row">{"".join(pictures)}</div>'
+    )
+
+
+def _failures(failures: Sequence[Record]) -> str:
+    if not failures:
+        return "<h2>Failures</h2><p>None.</p>"
+    parts = [f"<h2>Failures</h2><p>{len(failures):,}, by kind:</p>"]
+    for code, count in Counter(record.code for record in failures).most_common():
+        listed = [record for record in failures if record.code == code][:_LISTED]
+        rows = "".join(
+            f"<tr><td>{html.escape(record.name)}</td><td>{html.escape(record.message)}</td></tr>" for record in listed
+        )
+        more = f"<p class=quiet>{count - len(listed):,} more stand in the manifest.</p>" if count > len(listed) else ""
+        parts.append(f"<h3>{html.escape(code)}: {count:,}</h3><table>{rows}</table>{more}")
+    return "".join(parts)
+
+
+def refuse_bad_place(place: str) -> None:
+    """Raise OptionError where a report could not be opened by what opens pages."""
+    if not place.lower().endswith((".html", ".htm")):
+        raise OptionError(f"a report is a page, .html; found {place}")
