@@ -11,9 +11,9 @@ if not find_spec("starlette"):
     collect_ignore += ["src/retime/server/app.py", "src/retime/server/guard.py"]
 if not find_spec("anywidget"):
     collect_ignore += ["src/retime/notebook.py"]
-# The examples of Parquet need the extra "parquet".
+# The examples of Parquet need the extra "parquet", and a library's manifest is one.
 if not find_spec("pyarrow"):
-    collect_ignore += ["docs/parquet.md"]
+    collect_ignore += ["docs/batch.md", "docs/parquet.md"]
 # What runs USD's own libraries needs the extra "usd".
 if not find_spec("pxr"):
     names = ("animation", "retime", "splines", "stage", "text", "write")

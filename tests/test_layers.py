@@ -294,7 +294,7 @@ def test_importing_the_warp_curve_loads_nothing_else_of_the_package() -> None:
         ("motion/pose.py", "import os\nfrom retime.formats import read\n", "retime.formats"),
         ("motion/pose.py", "import os\nfrom ..warp import curve\n", "retime.warp"),
         ("warp/path.py", "def f():\n    from retime import formats\n", "retime.formats"),
-        ("cli/inner/main.py", "import os\nfrom ...batch import run\n", "retime.batch"),
+        ("cli/inner/main.py", "import os\nfrom ...notebook import edit\n", "retime.notebook"),
         ("server/app.py", "import os\nfrom retime.cli.terminal import say\n", "retime.cli.terminal"),
         ("formats/a.py", "import os\nfrom retime.search.guided import guided_warp\n", "retime.search.guided"),
         ("errors.py", "import os\nfrom retime.motion.rate import parse_rate\n", "retime.motion.rate"),

@@ -11,6 +11,8 @@ Find a warp
 Use a warp
     `Warp`, `apply_warp`; `resample` (another rate, the same timing); `export_curve`, `ExportedCurve` and `import_curve`
     (the retime curves of Nuke, Maya, After Effects and more)
+Many clips
+    `batch.run` (a whole library, on Dask), `batch.retime_clip` (one of them, for another engine)
 Feet that stand
     `contacts`, `Contacts` (when they do), `retimed_slip`, `SlipReport` (how far they slide, before and after)
 Look at it
@@ -26,6 +28,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from retime import batch as batch
     from retime import errors as errors
     from retime import notebook as notebook
     from retime.data import sample
@@ -70,7 +73,7 @@ if TYPE_CHECKING:
     from retime.warp.spline import linear_warp, spline_warp
 
 # Modules that people name by themselves.
-_MODULES = ("errors", "notebook")
+_MODULES = ("batch", "errors", "notebook")
 # Imported when first used: `retime info` should not wait for the search, nor the search for the plots.
 _HOMES = {
     "FormatError": "retime.errors",
@@ -180,4 +183,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     # Not `notebook`: whoever looks at all there is (help does) would need its extra.
-    return sorted([*__all__, "errors"])
+    return sorted([*__all__, "batch", "errors"])

@@ -88,7 +88,7 @@ def test_every_option_is_tried_somewhere_here() -> None:
 def test_the_exit_codes_are_documented(run) -> None:
     text = run("--help").stdout
     codes = re.findall(r"^    (\d+) ", text[text.index("Exit codes") :], flags=re.MULTILINE)
-    assert codes == ["0", "1", "2", "3", "130"]
+    assert codes == ["0", "1", "2", "3", "4", "5", "130"]
 
 
 def test_no_command_and_an_unknown_one(run) -> None:

@@ -14,7 +14,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -106,8 +106,14 @@ def retime_clip(task: ClipTask, *, begun: Callable[[], None] = lambda: None) -> 
             return tuple(replace(record, seconds=seconds, warnings=said) for record in records)
         except Exception as error:
             # Whatever is wrong with one clip is reported with it, and the others go on.
-            code = next((code for kind, code in _CODES if isinstance(error, kind)), "unexpected")
+            code = _code(error)
             return (failed(task, code, _words(error, code), time.perf_counter() - start, files),)
+
+
+def _code(error: Exception) -> str:
+    # A reader that ran out of memory names the file.
+    cause = error.__cause__ if isinstance(error.__cause__, MemoryError) else error
+    return next((code for kind, code in _CODES if isinstance(cause, kind)), "unexpected")
 
 
 def failed(task: ClipTask, code: str, message: str, seconds: float, files: Sequence[Path] = ()) -> Record:
@@ -174,7 +180,7 @@ def _hash(task: ClipTask, number: int, files: Sequence[Path]) -> str:
         # What counts is what they hold.
         treatment.pop(name, None)
     what = {
-        "version": version("retime"),
+        "version": _version(),
         "treatment": treatment,
         "ending": Path(task.places[number]).suffix.lower(),
         "drawn": [task.name, number] if task.treatment.variants else None,
@@ -186,6 +192,11 @@ def _hash(task: ClipTask, number: int, files: Sequence[Path]) -> str:
 def _digest(path: Path) -> str:
     status = path.stat()
     return _digest_of(str(path), status.st_mtime_ns, status.st_size)
+
+
+@cache
+def _version() -> str:
+    return version("retime")
 
 
 @lru_cache(maxsize=256)

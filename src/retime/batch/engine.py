@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import secrets
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 # Clips of a chunk, and chunks that wait at each thread of a worker beside the one at work.
 CHUNK, AHEAD = 8, 2
+# Seconds after which it is asked again how many workers there are.
+_ASK_AGAIN = 5.0
 # A clip that was alone at so many workers when they died is set aside.
 _AGAIN = 3
 
@@ -127,8 +130,13 @@ def run_on(
     at_work: dict[Future, tuple[ClipTask, ...]] = {}
     completed = as_completed()
 
+    threads, asked = 0, 0.0
+
     def submit() -> None:
-        threads = sum(client.nthreads().values()) or 1
+        nonlocal threads, asked
+        # Workers come and go; to ask for them takes a while.
+        if not threads or time.monotonic() - asked > _ASK_AGAIN:
+            threads, asked = sum(client.nthreads().values()) or 1, time.monotonic()
         while waiting and len(at_work) < threads * (1 + AHEAD):
             part = waiting.popleft()
             mark = secrets.token_hex(8)

@@ -12,13 +12,14 @@ import json
 import os
 import secrets
 import socket
+import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TextIO
 
 from retime.batch.task import ClipTask, Record
-from retime.errors import MissingExtraError, OptionError
+from retime.errors import OptionError, RetimeWarning
 from retime.files import write_bytes
 
 MANIFEST, TABLE, STATE = "manifest.jsonl", "manifest.parquet", ".retime"
@@ -175,10 +176,10 @@ class Manifest:
     def finish(self, records: Iterable[Record]) -> None:
         """Write the manifest anew, with these lines alone, and as a table; the journals are done with.
 
-        Raises
-        ------
-        MissingExtraError
-            There is no pyarrow for the table; the manifest is written.
+        Warns
+        -----
+        RetimeWarning
+            There is no pyarrow for the table.
         """
         lines = [record.to_json() for record in records]
         journals = list((self.out / STATE).glob("journal-*.jsonl"))
@@ -236,8 +237,13 @@ def _write_table(lines: list[dict[str, Any]], place: Path) -> None:
     try:
         import pyarrow
         from pyarrow import parquet
-    except ImportError as error:
-        raise MissingExtraError("the manifest as a table", package="pyarrow", extra="batch") from error
+    except ImportError:
+        warnings.warn(
+            f"{TABLE} is not written: it needs pyarrow (pip install 'retime[batch]'); {MANIFEST} says the same",
+            RetimeWarning,
+            stacklevel=2,
+        )
+        return
     from io import BytesIO
 
     rows = [

@@ -384,8 +384,8 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: s
     known = format_in(path, arrays=options.arrays)
     try:
         clip = _module(known).read(path, read_plain(path, options.limits, repair=options.repair), options)
-    except MemoryError:
-        raise FormatError("this machine has too little memory for what the file holds", path=path) from None
+    except MemoryError as error:
+        raise FormatError("this machine has too little memory for what the file holds", path=path) from error
     if is_compressed(path):
         clip = replace(clip, name=plain_path(path).stem)
     if not isinstance(clip, Motion):

@@ -1,0 +1,128 @@
+"""Somebody else's cluster: two machines' worth of workers on the loopback, and a scheduler that goes away."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import retime
+from retime.batch import run
+from tests.batch.storm import children_of, contents, make_library, wait_for_lines
+
+distributed = pytest.importorskip("distributed", reason="distributed (the extra retime[batch]) is not installed")
+pytestmark = pytest.mark.extras
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
+    """Start a scheduler, and two workers that know only its address."""
+    place = tmp_path / "scheduler.json"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": tmp_path}
+    known = ["--scheduler-file", str(place)]
+
+    def python(name: str) -> list[str]:
+        return [sys.executable, "-c", f"from distributed.cli import dask_{name}; dask_{name}.main()"]
+
+    scheduler = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            code.format("scheduler"),
+            "--port",
+            "0",
+            "--dashboard-address",
+            ":0",
+            "--scheduler-file",
+            str(place),
+        ],
+        **quiet,
+    )
+    end = time.monotonic() + 60
+    while not place.exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    workers = [
+        subprocess.Popen(
+            [
+                sys.executable,
+                "-c",
+                code.format("worker"),
+                "--scheduler-file",
+                str(place),
+                "--nthreads",
+                "1",
+                "--no-dashboard",
+                "--name",
+                f"machine{i}",
+            ],
+            **quiet,
+        )
+        for i in range(2)
+    ]
+    with distributed.Client(scheduler_file=str(place), timeout="60s") as client:
+        client.wait_for_workers(2, timeout=60)
+        address = client.scheduler.address
+    yield scheduler, address
+    for process in (*workers, scheduler):
+        process.send_signal(signal.SIGTERM)
+    for process in (*workers, scheduler):
+        try:
+            process.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def test_the_command_uses_a_cluster_that_is_there(cluster: tuple[subprocess.Popen[bytes], str], tmp_path: Path) -> None:
+    _, address = cluster
+    library = make_library(tmp_path / "in", 30, 5)
+    command = [sys.executable, "-m", "retime", "batch", str(library.root), "--out", str(tmp_path / "out"), "-q"]
+    ended = subprocess.run([*command, "--scheduler", address, "--length", "80%", "--chunk", "4"], check=False)
+    assert ended.returncode == 4
+    quiet = run(library.root, tmp_path / "peace", {"length": "80%"}, workers=0)
+    assert contents(tmp_path / "out") == contents(tmp_path / "peace")
+    assert len(quiet.failures) == len(library.bad)
+
+
+def test_a_scheduler_that_goes_away_is_said_and_gone_on_without(
+    cluster: tuple[subprocess.Popen[bytes], str], tmp_path: Path
+) -> None:
+    scheduler, address = cluster
+    library = make_library(tmp_path / "in", 90, 6)
+    command = [sys.executable, "-m", "retime", "batch", str(library.root), "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(
+        [*command, "--scheduler", address, "--length", "80%"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    wait_for_lines(tmp_path / "out" / "manifest.jsonl", 20)
+    scheduler.kill()
+    assert process.wait(timeout=120) == 1
+    assert process.stderr is not None
+    assert b"the scheduler is gone; run the same command again to go on" in process.stderr.read()
+    process.stderr.close()
+    result = run(library.root, tmp_path / "out", {"length": "80%"}, workers=0)
+    assert result.counts["kept"] >= 15
+    # Here no clip is deadly: what is damaged fails.
+    damaged = {name for name, code in library.bad.items() if code in ("format", "option")}
+    assert {record.name for record in result.failures} == damaged
+
+
+def test_a_client_is_taken_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    for i in range(5):
+        retime.write(retime.sample().frames(40 * i, 40 * i + 40), tmp_path / "in" / f"{i}.bvh")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local,
+        distributed.Client(local) as client,
+    ):
+        result = run(tmp_path / "in", tmp_path / "out", {"length": "80%"}, client=client, chunk=2)
+        assert result.counts == {"done": 5, "kept": 0, "failed": 0}
+        # It is still there.
+        assert client.submit(lambda: 2).result() == 2
+    assert not [pid for pid in children_of(os.getpid()) if b"retime.batch" in Path(f"/proc/{pid}/cmdline").read_bytes()]
