@@ -31,38 +31,13 @@ def cluster(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str]]:
     def python(name: str) -> list[str]:
         return [sys.executable, "-c", f"from distributed.cli import dask_{name}; dask_{name}.main()"]
 
-    scheduler = subprocess.Popen(
-        [
-            sys.executable,
-            "-c",
-            code.format("scheduler"),
-            "--port",
-            "0",
-            "--dashboard-address",
-            ":0",
-            "--scheduler-file",
-            str(place),
-        ],
-        **quiet,
-    )
+    scheduler = subprocess.Popen([*python("scheduler"), "--port", "0", "--dashboard-address", ":0", *known], **quiet)
     end = time.monotonic() + 60
     while not place.exists() and time.monotonic() < end:
         time.sleep(0.05)
     workers = [
         subprocess.Popen(
-            [
-                sys.executable,
-                "-c",
-                code.format("worker"),
-                "--scheduler-file",
-                str(place),
-                "--nthreads",
-                "1",
-                "--no-dashboard",
-                "--name",
-                f"machine{i}",
-            ],
-            **quiet,
+            [*python("worker"), *known, "--nthreads", "1", "--no-dashboard", "--name", f"machine{i}"], **quiet
         )
         for i in range(2)
     ]
