@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from tests.fuzz import documents, files
+from tests.fuzz import captures, documents, files
 from tests.fuzz.trials import Tally, run
 
 
@@ -21,6 +21,12 @@ def ended_well(tally: Tally, *expected: str) -> None:
 def test_mutants_of_files_are_read_or_refused() -> None:
     read = [f"{suffix} is read" for suffix in (".bvh", ".amc", ".csv", ".npz")]
     ended_well(run(files.trial, range(500)), "FormatError", *read, "a warp is applied")
+
+
+def test_mutants_of_captures_are_retimed_or_refused() -> None:
+    ended_well(
+        run(captures.trial, range(500)), "FormatError", *(f"{kind} is retimed" for kind in ("c3d", "npz", "npy"))
+    )
 
 
 def test_random_documents_are_solved_or_refused() -> None:
