@@ -94,7 +94,7 @@ def test_two_outputs_need_two_places(run, clips, never_read) -> None:
     ("output", "says"),
     [
         ("x.csv", "holds a signal, not a motion"),
-        ("x.fbx", "no format ends in '.fbx'"),
+        ("x.blend", "no format ends in '.blend'"),
         ("x", "the name has no ending"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_checks import check_holds_like, check_outputs
 from retime.cli.output_options import held_frames, on_option, on_twos_option
 from retime.cli.terminal import Stages, say
-from retime.errors import OptionError
+from retime.errors import FormatWarning, OptionError
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
@@ -91,10 +92,12 @@ def command(
             f"{output.with_suffix('.csv').name}: {clip} is written to {output}"
         )
 
+    from retime.cli.in_place import Writing
     from retime.cli.summary import length_text, rate_text
-    from retime.formats.registry import write
+    from retime.formats.registry import stays_in_place, write
     from retime.motion.joint_signal import joint_signal
     from retime.motion.motion import Motion
+    from retime.warp.curve import Warp
 
     stages = Stages(quiet=quiet)
     with stages.stage("read", "reading"):
@@ -103,8 +106,22 @@ def command(
         motion = resampled(motion, rate, held=held_frames(on_twos, on))
     if as_table and isinstance(motion, Motion):
         motion = joint_signal(motion, rotations=rotations, space=space)
+    known = None if as_table or clip_options.array else stays_in_place(clip, output, arrays=clip_options.array)
     with stages.stage("write", "writing"):
-        write(motion, output, overwrite=force)
+        if known is not None and known.frames and rate is None and motion.n_frames > 1:
+            # The same file with fewer frames, or another rate: all that it holds beside them is kept.
+            whole = Warp([0.0, motion.end_time], [0.0, motion.end_time])
+            held = held_frames(on_twos, on)
+            writing = Writing(False, held, bake=False, tolerance=None, layer=None, force=force)
+            writing.write(clip, clip_options, motion, whole, output, stages)
+        else:
+            if known is not None:
+                warnings.warn(
+                    f"{output} is written anew: it holds the {known.holds} of {clip}, and nothing else of that file",
+                    FormatWarning,
+                    stacklevel=2,
+                )
+            write(motion, output, overwrite=force)
     if not quiet:
         say(f"{output}: {length_text(motion.n_frames, motion.rate)} at {rate_text(motion.rate)}")
 

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
+from retime.errors import MissingExtraError, OptionError, OutputExistsError
 from retime.evaluate.plot.style import PLOT_SUFFIXES
 
 
@@ -71,10 +71,8 @@ def check_format(place: Path, *, like: Path, arrays: Sequence[str] = ()) -> None
 
 def check_holds_like(place: Path, like: Path, arrays: Sequence[str] = ()) -> None:
     """Refuse a place whose format can't hold anew what another file holds; raise FormatError."""
-    from retime.formats.registry import check_holds, format_in, format_of
+    from retime.formats.registry import check_holds, format_in
 
-    if not format_of(place).writes:
-        raise FormatError(f"{place.suffix.lower()} files can be read, but not written", path=place)
     check_holds(place, format_in(like, arrays=arrays).holds, like=str(like))
 
 

@@ -256,7 +256,7 @@ def facts_of(path: str | PathLike[str], options: ReadOptions) -> dict[str, str]:
 
 
 def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:
-    """Refuse a place whose format holds signals for a motion, and the reverse, or a compressed file; raise FormatError.
+    """Refuse a place whose format holds signals for a motion, and the reverse, or is only read; raise FormatError.
 
     MissingExtraError is raised where its format needs a package that is not installed.
 
@@ -271,8 +271,11 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
     """
     known = format_of(path)
     refuse_compressed(path)
+    endings = " or ".join(suffix for one in FORMATS if one.holds == holds and one.writes for suffix in one.suffixes)
+    if not known.writes:
+        suffix = plain_path(path).suffix.lower()
+        raise FormatError(f"{suffix} files can be read, but not written; a {holds} is written as {endings}", path=path)
     if known.holds != holds:
-        endings = " or ".join(suffix for one in FORMATS if one.holds == holds and one.writes for suffix in one.suffixes)
         remedy = "; convert (joint_signal(motion)) makes a table of its joints" if holds == "motion" else ""
         what = {"motion": "a skeleton that moves", "signal": "columns of numbers"}
         raise FormatError(

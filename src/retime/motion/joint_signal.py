@@ -20,6 +20,8 @@ from retime.motion.signal import Signal
 
 JointSpace = Literal["global", "torso", "heading", "local"]
 JOINT_SPACES = get_args(JointSpace)
+# What a unit of so many metres is called.
+_UNITS = {1.0: "m", 0.01: "cm", 0.001: "mm"}
 
 
 def joint_signal(motion: Motion, *, rotations: bool = False, space: JointSpace | None = None) -> Signal:
@@ -41,7 +43,8 @@ def joint_signal(motion: Motion, *, rotations: bool = False, space: JointSpace |
     Returns
     -------
     Signal
-        At the motion's rate, with its frames' numbers. Of joints with the same name the second is ``Hand#2``.
+        At the motion's rate, with its frames' numbers; places in metres, centimetres or millimetres say so as the unit
+        of their kind. Of joints with the same name the second is ``Hand#2``.
 
     Raises
     ------
@@ -74,6 +77,7 @@ def joint_signal(motion: Motion, *, rotations: bool = False, space: JointSpace |
             )
     values = _rotations(motion, space) if rotations else _positions(motion, space)
     axes, kind = (("qw", "qx", "qy", "qz"), "quaternion") if rotations else (("x", "y", "z"), "linear")
+    unit = "" if rotations else _UNITS.get(motion.metres_per_unit or 0.0, "")
     channels = tuple(f"{name}.{axis}" for name in names for axis in axes)
     return Signal(
         channels,
@@ -81,7 +85,7 @@ def joint_signal(motion: Motion, *, rotations: bool = False, space: JointSpace |
         motion.rate,
         name=motion.name,
         first_frame=motion.first_frame,
-        kinds=[ChannelKind.parse(kind)] * len(channels),
+        kinds=[ChannelKind.parse(f"{kind}:{unit}" if unit else kind)] * len(channels),
     )
 
 
