@@ -7,7 +7,9 @@ What is read has finite numbers, unit rotations and a rate; some of it is writte
 
 from __future__ import annotations
 
+import bz2
 import functools
+import gzip
 import io
 import json
 import random
@@ -15,6 +17,8 @@ import sys
 import tempfile
 import warnings
 from dataclasses import replace
+from fractions import Fraction
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +27,15 @@ from retime.errors import FormatError
 from retime.formats import read, write
 from retime.formats.joint_map import read_joint_map
 from retime.motion.motion import Motion
+from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from tests.fuzz.trials import command, mutated_bytes, mutated_json, mutated_text
 
 DATA = Path(__file__).resolve().parents[1] / "data"
+PACKERS = {".gz": gzip.compress, ".bz2": bz2.compress}
+# Each Parquet file is first tried by a process of its own, which takes half a second.
+PARQUET_SHARE = 0.005
 
 
 @functools.cache
@@ -53,19 +61,40 @@ def whole_files() -> tuple[tuple[str, bytes], ...]:
     return tuple(found)
 
 
+@functools.cache
+def parquet_file(several: bool) -> bytes:
+    """Return a table of Parquet: a column, or several with text among them."""
+    names = ("x", "y", "label") if several else ("x",)
+    values = np.linspace(-1.0, 1.0, 8 * len(names)).reshape(8, -1)
+    with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
+        path = Path(name) / "clip.parquet"
+        write(Signal(names, values, Fraction(30)), path)
+        return path.read_bytes()
+
+
 def trial(draw: random.Random) -> str:
     """Make a mutant, and read it."""
+    if find_spec("pyarrow") is not None and draw.random() < PARQUET_SHARE:
+        return parquet_trial(draw)
     suffix, data = draw.choice(whole_files())
     if suffix == ".warp" and draw.random() < 0.8:
         # Whole as JSON, so that more of it comes through.
         return _warp(json.dumps(mutated_json(draw, json.loads(data))).encode())
-    change = mutated_bytes if suffix.startswith(".np") else mutated_text
-    data = change(draw, data)
+    packer = draw.choice(list(PACKERS)) if draw.random() < 0.15 and suffix not in (".warp", ".asf") else ""
+    # Damage to what is packed, or to the pack.
+    inside = not packer or draw.random() < 0.7
+    if inside:
+        change = mutated_bytes if suffix.startswith(".np") else mutated_text
+        data = change(draw, data)
+    if packer:
+        data = PACKERS[packer](data)
+        if not inside:
+            data = mutated_bytes(draw, data)
     if suffix == ".warp":
         return _warp(data)
     with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
         folder = Path(name)
-        path = folder / f"clip{suffix}"
+        path = folder / f"clip{suffix}{packer}"
         path.write_bytes(data)
         if suffix.startswith(".map"):
             read_joint_map(path)
@@ -79,8 +108,21 @@ def trial(draw: random.Random) -> str:
         clip = read(path, rate=rate, repair=draw.random() < 0.3)
         _check(clip)
         if draw.random() < 0.3:
-            _write_and_read(clip, folder / f"again{path.suffix}")
-    return f"{suffix} is read"
+            _write_and_read(clip, folder / f"again{suffix if suffix != '.asf' else '.amc'}")
+    return f"{suffix}{packer} is read"
+
+
+def parquet_trial(draw: random.Random) -> str:
+    """Make a mutant of a Parquet file, and read it."""
+    data = mutated_bytes(draw, parquet_file(draw.random() < 0.7))
+    with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
+        path = Path(name) / "clip.parquet"
+        path.write_bytes(data)
+        clip = read(path, rate=None if draw.random() < 0.5 else 30)
+        _check(clip)
+        if draw.random() < 0.3:
+            _write_and_read(clip, path.with_name("again.parquet"))
+    return ".parquet is read"
 
 
 def _check(clip: object) -> None:

@@ -19,7 +19,7 @@ def ended_well(tally: Tally, *expected: str) -> None:
 
 
 def test_mutants_of_files_are_read_or_refused() -> None:
-    read = [f"{suffix} is read" for suffix in (".bvh", ".amc", ".csv", ".npz")]
+    read = [f"{suffix} is read" for suffix in (".bvh", ".amc", ".csv", ".npz", ".csv.gz", ".npz.bz2")]
     ended_well(run(files.trial, range(500)), "FormatError", *read, "a warp is applied")
 
 
@@ -27,6 +27,11 @@ def test_mutants_of_captures_are_retimed_or_refused() -> None:
     ended_well(
         run(captures.trial, range(500)), "FormatError", *(f"{kind} is retimed" for kind in ("c3d", "npz", "npy"))
     )
+
+
+@pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
+def test_mutants_of_parquet_are_read_or_refused() -> None:
+    ended_well(run(files.parquet_trial, range(10)), "FormatError", ".parquet is read")
 
 
 def test_random_documents_are_solved_or_refused() -> None:
