@@ -17,8 +17,6 @@ import sys
 import tempfile
 import warnings
 from dataclasses import replace
-from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -27,15 +25,12 @@ from retime.errors import FormatError
 from retime.formats import read, write
 from retime.formats.joint_map import read_joint_map
 from retime.motion.motion import Motion
-from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from tests.fuzz.trials import command, mutated_bytes, mutated_json, mutated_text
 
 DATA = Path(__file__).resolve().parents[1] / "data"
 PACKERS = {".gz": gzip.compress, ".bz2": bz2.compress}
-# Each Parquet file is first tried by a process of its own, which takes half a second.
-PARQUET_SHARE = 0.005
 
 
 @functools.cache
@@ -61,21 +56,8 @@ def whole_files() -> tuple[tuple[str, bytes], ...]:
     return tuple(found)
 
 
-@functools.cache
-def parquet_file(several: bool) -> bytes:
-    """Return a table of Parquet: a column, or several with text among them."""
-    names = ("x", "y", "label") if several else ("x",)
-    values = np.linspace(-1.0, 1.0, 8 * len(names)).reshape(8, -1)
-    with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
-        path = Path(name) / "clip.parquet"
-        write(Signal(names, values, Fraction(30)), path)
-        return path.read_bytes()
-
-
 def trial(draw: random.Random) -> str:
     """Make a mutant, and read it."""
-    if find_spec("pyarrow") is not None and draw.random() < PARQUET_SHARE:
-        return parquet_trial(draw)
     suffix, data = draw.choice(whole_files())
     if suffix == ".warp" and draw.random() < 0.8:
         # Whole as JSON, so that more of it comes through.
@@ -106,26 +88,14 @@ def trial(draw: random.Random) -> str:
             (folder / "clip.asf").write_bytes((DATA / "amc" / "arm.asf").read_bytes())
         rate = None if draw.random() < 0.5 else 30
         clip = read(path, rate=rate, repair=draw.random() < 0.3)
-        _check(clip)
+        check(clip)
         if draw.random() < 0.3:
-            _write_and_read(clip, folder / f"again{suffix if suffix != '.asf' else '.amc'}")
+            write_and_read(clip, folder / f"again{suffix if suffix != '.asf' else '.amc'}")
     return f"{suffix}{packer} is read"
 
 
-def parquet_trial(draw: random.Random) -> str:
-    """Make a mutant of a Parquet file, and read it."""
-    data = mutated_bytes(draw, parquet_file(draw.random() < 0.7))
-    with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
-        path = Path(name) / "clip.parquet"
-        path.write_bytes(data)
-        clip = read(path, rate=None if draw.random() < 0.5 else 30)
-        _check(clip)
-        if draw.random() < 0.3:
-            _write_and_read(clip, path.with_name("again.parquet"))
-    return ".parquet is read"
-
-
-def _check(clip: object) -> None:
+def check(clip: object) -> None:
+    """Look whether a clip is one."""
     if isinstance(clip, Motion):
         assert np.isfinite(clip.local_translations).all()
         np.testing.assert_allclose(np.linalg.norm(clip.rotations, axis=-1), 1.0, atol=1e-9)
@@ -135,7 +105,8 @@ def _check(clip: object) -> None:
     assert clip.rate > 0
 
 
-def _write_and_read(clip: object, path: Path) -> None:
+def write_and_read(clip: object, path: Path) -> None:
+    """Write a clip, and look whether it is read as the same."""
     try:
         write(clip, path)
     except FormatError:
@@ -164,7 +135,7 @@ def _warp(data: bytes) -> str:
     assert Warp.from_json(warp.to_json()) == warp
     _ = repr(warp), warp._repr_html_(), warp.slopes
     clip = apply_warp(_walk(), warp)
-    _check(clip)
+    check(clip)
     if warp.monotone:
         warp.inverse()
     return "a warp is applied"

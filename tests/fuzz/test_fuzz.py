@@ -31,7 +31,10 @@ def test_mutants_of_captures_are_retimed_or_refused() -> None:
 
 @pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
 def test_mutants_of_parquet_are_read_or_refused() -> None:
-    ended_well(run(files.parquet_trial, range(10)), "FormatError", ".parquet is read")
+    from tests.fuzz import parquet_files
+
+    tally = run(parquet_files.trial, range(10), most_seconds=parquet_files.MOST_SECONDS)
+    ended_well(tally, "FormatError", ".parquet is read")
 
 
 def test_random_documents_are_solved_or_refused() -> None:

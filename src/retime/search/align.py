@@ -18,7 +18,7 @@ from retime.kernels import StepPairs, n_threads
 from retime.limits import MAX_STEP
 from retime.motion.any_motion import AnyMotion
 from retime.search import options
-from retime.search.estimate import check_fits, layered_seconds
+from retime.search.estimate import align_seconds, check_fits
 from retime.search.keytimes import asking_for_a_share
 from retime.search.methods.align import aligned_path
 from retime.search.path import FramePath
@@ -241,7 +241,8 @@ class AlignSession(Session):
             what=f"keeping {len(poses):,} frames in {steps.n_pairs} pairs of steps in step with "
             f"{len(model.features):,} frames of reference",
             remedy=SHORTER,
-            seconds=4 * layered_seconds(len(poses), steps.n_pairs, len(model.features)) / n_threads(),
+            seconds=len(self._reference_tracks)
+            * align_seconds(plan.anchors, steps.longest, steps.n_pairs, model.n_numbers, n_threads()),
         )
         prices = np.zeros((len(poses), steps.n_pairs))
         add_smoothness(prices, smoothness, plan.reduction, steps, unit=_even_score(plan, poses, model))

@@ -6,8 +6,12 @@ tell a search of seconds from one of days, which is what they are for.
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
+from collections.abc import Sequence
+
+import numpy as np
 
 from retime.errors import OptionError
 
@@ -21,6 +25,8 @@ _PER_ROW, _PER_FAR_ROW, _LONG, _PER_LAYER = 4e-10, 1e-10, 4096, 4e-10
 _PER_SEARCH, _PER_SEARCH_OF_SPANS = 1.5e-8, 1e-7
 # Sets of first steps that a loop's search looks at: of 600 random loops half took 5, nine of ten 11, the worst 33.
 _SETS_OF_A_LOOP = 12
+# For a triple in one position of a search in step with a reference, and for each number of its pose vectors.
+_PER_COMPARED, _PER_NUMBER = 3e-9, 3e-10
 # For a frame between the ends of a step of which the content is priced.
 _PER_LEFT_OUT = 2e-8
 
@@ -84,6 +90,19 @@ def layered_seconds(n_input: int, n_pairs: int, n_output: int) -> float:
 def loop_seconds(n_input: int, n_pairs: int, n_steps: int, n_spans: int) -> float:
     """Estimate how long a loop's search takes: for each set of first steps some sweeps over all scores."""
     return min(n_steps, _SETS_OF_A_LOOP) * (_PER_SEARCH if n_spans == 1 else _PER_SEARCH_OF_SPANS) * n_input * n_pairs
+
+
+def align_seconds(
+    anchors: Sequence[tuple[int, int]], longest: int, n_pairs: int, n_numbers: int, n_threads: int
+) -> float:
+    """Estimate how long a search in step with a reference takes, between anchors (position, input frame)."""
+    n_frames = 0
+    for (p0, j0), (p1, j1) in itertools.pairwise(anchors):
+        # Frames from which the next anchor can be reached, among those that the last one leads to.
+        after, before = np.arange(p1 - p0), p1 - p0 - np.arange(p1 - p0)
+        low, high = np.maximum(j0 + after, j1 - before * longest), np.minimum(j0 + after * longest, j1 - before)
+        n_frames += int(np.maximum(high - low + 1, 0).sum())
+    return n_frames * n_pairs * (_PER_COMPARED + _PER_NUMBER * n_numbers / max(1, n_threads))
 
 
 def content_seconds(n_input: int, step_lengths: list[int]) -> float:

@@ -1,0 +1,55 @@
+"""Mutants of Parquet files: each is read as a valid signal, or refused as retime refuses.
+
+    python -m tests.fuzz.parquet_files --count 2000
+
+A process of its own tries each of them first, so that this takes half a second a file.
+"""
+
+from __future__ import annotations
+
+import functools
+import random
+import sys
+import tempfile
+import warnings
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from retime.formats import read, write
+from retime.motion.signal import Signal
+from tests.fuzz.files import check, write_and_read
+from tests.fuzz.trials import command, mutated_bytes
+
+# The clock runs while others use the machine, and starting a process may take its time.
+MOST_SECONDS = 60
+
+
+@functools.cache
+def whole_file(several: bool) -> bytes:
+    """Return a table: of a column, or of several."""
+    names = ("x", "y", "label") if several else ("x",)
+    values = np.linspace(-1.0, 1.0, 8 * len(names)).reshape(8, -1)
+    with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
+        path = Path(name) / "clip.parquet"
+        write(Signal(names, values, Fraction(30)), path)
+        return path.read_bytes()
+
+
+def trial(draw: random.Random) -> str:
+    """Make a mutant, and read it."""
+    data = mutated_bytes(draw, whole_file(draw.random() < 0.7))
+    with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
+        path = Path(name) / "clip.parquet"
+        path.write_bytes(data)
+        clip = read(path, rate=None if draw.random() < 0.5 else 30)
+        check(clip)
+        if draw.random() < 0.3:
+            write_and_read(clip, path.with_name("again.parquet"))
+    return ".parquet is read"
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")
+    sys.exit(command(trial, __doc__, most_seconds=MOST_SECONDS))
