@@ -262,6 +262,16 @@ def test_the_example_of_apple_s_reference(tmp_path) -> None:
     assert warp.name == "a"
 
 
+def test_the_time_of_a_map_s_last_frame_is_no_hold(tmp_path) -> None:
+    times = ("0s", "0s"), ("23/24s", "1s"), ("1s", "1s")
+    text = FCPXML.format("".join(f'<timept time="{t}" value="{v}" interp="linear"/>' for t, v in times))
+    assert read(tmp_path, text, "a.fcpxml").output_end == 1.0
+    known = text.replace("<project>", '<resources><format id="r1" frameDuration="1/24s"/></resources><project>')
+    assert read(tmp_path, known, "a.fcpxml").output_end == pytest.approx(23 / 24)
+    held = known.replace('"23/24s"', '"22/24s"')
+    assert read(tmp_path, held, "a.fcpxml").output_end == 1.0
+
+
 @pytest.mark.parametrize(
     ("points", "said"),
     [

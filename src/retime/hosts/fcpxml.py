@@ -5,6 +5,10 @@ both from the clip's first frame; ``interp="linear"`` must be said, as ``smooth2
 written down, is what holds otherwise. Values that fall run backward, equal ones hold. Lengths and places of clips stand
 on whole frames, times of the map need not.
 
+A map's first and last point are the ends of the clip, and a clip ends when its last frame has been shown. A warp ends
+where its last frame begins: so one more point holds that frame until the clip ends, and a last hold of less than a
+frame and a half is, when read, no part of the warp.
+
 Source: Apple, FCPXML Reference, ``timeMap`` and ``timept``
 (https://developer.apple.com/documentation/professional-video-applications/timemap), and its DTD 1.10.
 """
@@ -42,6 +46,10 @@ def write(warp: Warp, shot: Shot) -> str:
         f'            <timept time="{_fine(at, scale)}" value="{_fine(use, scale)}" interp="linear"/>\n'
         for at, use in zip(warp.output_times.tolist(), warp.input_times.tolist(), strict=True)
     )
+    if n_out / float(rate) > warp.output_end + 1e-6:
+        # To the digit, as the clip's own end is.
+        end, value = _exact(n_out / rate), _fine(float(warp.input_times[-1]), scale)
+        points += f'            <timept time="{end}" value="{value}" interp="linear"/>\n'
     start = _exact(shot.first_frame(warp) / rate)
     duration = _exact(shot.count_frames(warp) / rate)
     return (
@@ -100,7 +108,17 @@ def read(data: bytes, shot: Shot) -> Warp:
                 line=point.line,
             )
     outputs, inputs = ([_time(point, what) for point in points] for what in ("time", "value"))
+    if len(points) > 2 and inputs[-1] == inputs[-2] and outputs[-1] - outputs[-2] < 1.5 * _frame(top):
+        del outputs[-1], inputs[-1]
     return warp_of(outputs, inputs, place=lambda key: {"line": points[key].line})
+
+
+def _frame(top: Element) -> float:
+    """Return how long a frame lasts by the first format, seconds; 0 where none says."""
+    for element in top.all("format"):
+        if "frameDuration" in element.attributes:
+            return _time(element, "frameDuration")
+    return 0.0
 
 
 def _time(point: Element, what: str) -> float:

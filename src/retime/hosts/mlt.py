@@ -34,6 +34,8 @@ def write(warp: Warp, shot: Shot) -> str:
         f'  <chain id="chain0" out="{last}">\n'
         f'    <property name="resource">{letters(source)}</property>\n'
         '    <property name="mlt_service">avformat</property>\n'
+        # Of the output, which may be longer than the clip.
+        f'    <property name="length">{last + 1}</property>\n'
         f'    <link id="link0" in="0" out="{last}">\n      <property name="mlt_service">timeremap</property>\n'
         f'      <property name="time_map">{keys}</property>\n'
         '      <property name="image_mode">nearest</property>\n      <property name="pitch">1</property>\n'
