@@ -112,7 +112,7 @@ test-blender: extension  ## Install the extension in Blender and run its tests (
 endif
 
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
-	set -e; for script in tools/make_*.py examples/features.py examples/choosing.py; do $(PY) $$script; done
+	set -e; for script in tools/make_*.py examples/features.py examples/choosing.py examples/formats.py; do $(PY) $$script; done
 
 DATA ?= ../shared/mocap
 

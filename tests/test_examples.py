@@ -29,3 +29,13 @@ def test_what_choosing_tells_of_is_drawn_and_shown(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "choosing.md").read_text(encoding="utf-8")
     assert drawn == set(re.findall(r"images/choosing/([\w.-]+)", text))
     assert drawn == {path.name for path in (ROOT / "docs" / "images" / "choosing").iterdir()}
+
+
+def test_the_trips_of_formats_are_drawn_and_shown(tmp_path: Path) -> None:
+    script = ROOT / "examples" / "formats.py"
+    done = subprocess.run([sys.executable, script, tmp_path], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    drawn = {path.name for path in tmp_path.iterdir()}
+    text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert drawn == set(re.findall(r"images/formats/([\w.-]+)", text))
+    assert drawn == {path.name for path in (ROOT / "docs" / "images" / "formats").iterdir()}
