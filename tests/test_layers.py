@@ -25,7 +25,8 @@ FOR_ALL = {"arrays", "brief", "checks", "errors", "frames", "limits", "progress"
 # table of contents and may name everything.
 MAY_IMPORT = {
     **{part: set() for part in FOR_ALL},
-    "motion": set(),
+    # Turns of joints are computed by the kernels, which know nothing of motions.
+    "motion": {"kernels"},
     "kernels": set(),
     "files": set(),
     # A saved warp is a file; no other of its modules opens one.

@@ -17,6 +17,13 @@ from tests.formats.test_number_text import NOT_NUMBERS, numbers
 from tests.reference.number_rows import read_rows
 
 here = [name for name in BACKENDS if name == "numpy" or compiled_available()]
+# What most files hold, and what is just too long for that.
+short_numbers = st.builds(
+    lambda sign, whole, decimals: f"{sign}{whole}{decimals}",
+    st.sampled_from(["", "-", "+"]),
+    st.text("0123456789", min_size=1, max_size=10),
+    st.just("") | st.text("0123456789", max_size=10).map(lambda digits: f".{digits}"),
+)
 
 
 def plain(delimiter: str = "", n_columns: int = 0, *, decimal_comma: bool = False, line_bytes: int = 1000) -> RowFormat:
@@ -29,11 +36,12 @@ def exact(value: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("name", here)
-@given(number=numbers, delimiter=st.sampled_from(["", ",", ";", "\t"]))
-def test_a_number_is_read_to_the_last_bit(name: str, number: str, delimiter: str) -> None:
+@given(number=numbers | short_numbers, delimiter=st.sampled_from(["", ",", ";", "\t"]), after=st.integers(0, 40))
+def test_a_number_is_read_to_the_last_bit(name: str, number: str, delimiter: str, after: int) -> None:
     # Decimal knows the exact value, and its conversion to float rounds correctly.
     expected = float(Decimal(number))
-    text = f"7{delimiter or ' '}{number}\n".encode()
+    # What follows tells whether many bytes may be looked at together, or only one at a time.
+    text = f"7{delimiter or ' '}{number}\n".encode() + b"\n" * after
     table = backend(name).read_rows(text, plain(delimiter, 2))
     if name == "compiled" and expected == 0 and Decimal(number) != 0:
         # Below the smallest double: left to the careful reader.
@@ -60,7 +68,8 @@ def test_every_double_comes_back(name: str, value: float, digits: int) -> None:
 def test_anything_else_is_refused(name: str, delimiter: str, token: str) -> None:
     if delimiter not in token or not delimiter:
         text = (delimiter or " ").join(["1", token, "3"]) + "\n" + (delimiter or " ").join("123")
-        assert backend(name).read_rows(text.encode(), plain(delimiter, 3)) is None
+        for after in ("", "\n" * 40):
+            assert backend(name).read_rows((text + after).encode(), plain(delimiter, 3)) is None
 
 
 @pytest.mark.parametrize("name", here)
@@ -83,10 +92,12 @@ def test_a_table_with_any_white_space(name: str, rows: list[list[str]], data: st
     delimiter=st.sampled_from(["", ",", ";", "\t"]),
     decimal_comma=st.booleans(),
     line_bytes=st.sampled_from([3, 1000]),
+    after=st.sampled_from(["", "\n" * 40]),
 )
 def test_it_takes_no_more_and_no_less_than_the_careful_way(
-    text: str, n_columns: int, delimiter: str, decimal_comma: bool, line_bytes: int
+    text: str, n_columns: int, delimiter: str, decimal_comma: bool, line_bytes: int, after: str
 ) -> None:
+    text += after
     careful = read_rows(
         text.encode(), n_columns, delimiter=delimiter, decimal_comma=decimal_comma, line_bytes=line_bytes
     )
@@ -150,3 +161,23 @@ def test_blank_lines_may_follow_one_long_row() -> None:
     table = parse_rows(text)
     assert table is not None
     assert table.shape == (1, 2000)
+
+
+@pytest.mark.skipif(not compiled_available(), reason="the compiled kernels were not built")
+@pytest.mark.parametrize("seed", range(12))
+def test_several_threads_read_what_one_reads(monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    ending = ["\n", "\r\n", "\r"][seed % 3]
+    rows = generator.normal(scale=50, size=(8000, 9)).round(6).tolist()
+    lines = [" ".join(map(repr, row)) for row in rows]
+    # Blank lines, in long runs too; then, in one of two texts, a line that is no row.
+    for place in generator.integers(0, len(lines), size=3).tolist():
+        lines.insert(place, "\n" * int(generator.integers(1, 5000)))
+    whole = seed % 2 == 0
+    if not whole:
+        lines.insert(int(generator.integers(0, len(lines))), "1 2 3")
+    text = ending.join(lines).encode()
+    for threads in (1, 2, 3, 7):
+        monkeypatch.setenv("RETIME_THREADS", str(threads))
+        table = backend("compiled").read_rows(text, plain("", 9, line_bytes=1 << 20))
+        assert (table is not None and table.tolist() == rows) if whole else table is None

@@ -20,6 +20,7 @@ from retime.formats.number_text import (
     parse_numbers,
     show,
 )
+from retime.kernels import backend, compiled_available
 
 # What a number is, said a second time and by other means: sign, digits around a point, exponent.
 numbers = st.builds(
@@ -135,6 +136,9 @@ def test_showing_anything_is_one_short_line(data: bytes) -> None:
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 usual = st.one_of(st.floats(-1e9, 1e9), st.floats(-1e-5, 1e-5), st.integers(-(10**9), 10**9).map(lambda n: n / 1e6))
+below_a_billion = usual.filter(lambda number: abs(number) < 1e9) | st.sampled_from(
+    [999999999.9999999, -0.0, 5e-7, 2.5e-6]
+)
 
 
 @given(values=arrays(np.float64, st.tuples(st.integers(0, 4), st.integers(1, 4)), elements=st.one_of(usual, finite)))
@@ -153,6 +157,17 @@ def test_what_is_written_reads_back(values: np.ndarray) -> None:
 def test_six_decimals_come_back_as_they_were(values: np.ndarray) -> None:
     table = values / 1e6
     assert format_table(table).decode() == "".join(" ".join(f"{v + 0.0:.6f}" for v in row) + "\n" for row in table)
+
+
+@pytest.mark.skipif(not compiled_available(), reason="the compiled kernels were not built")
+@given(values=arrays(np.float64, st.tuples(st.integers(0, 4), st.integers(1, 4)), elements=below_a_billion))
+def test_both_backends_write_the_same(values: np.ndarray) -> None:
+    assert backend("compiled").write_rows(values) == backend("numpy").write_rows(values)
+
+
+def test_rows_without_numbers_and_numbers_that_are_none_are_written_somehow() -> None:
+    assert format_table(np.empty((2, 0))) == b"\n\n"
+    assert format_table(np.array([[np.nan, 1.0], [np.inf, 1e300]])).startswith(b"nan 1.000000\ninf 1")
 
 
 def test_zero_has_no_sign() -> None:

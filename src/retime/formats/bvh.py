@@ -31,6 +31,7 @@ from retime.formats.bvh_hierarchy import CHANNELS, Hierarchy, parse_hierarchy
 from retime.formats.number_text import format_table
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import Lines, without_byte_order_mark, without_end_padding
+from retime.kernels import TurnedJoints, backend
 from retime.motion import rotation
 from retime.motion.any_motion import AnyMotion
 from retime.motion.euler import angle_between, fit_angles
@@ -45,7 +46,7 @@ _AXIS = {"X": 0, "Y": 1, "Z": 2}
 _UNSEEN = 0.5e-6
 # Degrees by which a rotation may miss what its joint's channels can express before that is worth a warning.
 _MISSED = 1e-3
-# Frames converted at once: few enough to stay in the processor's cache, which is twice as fast.
+# Frames written at once: few enough to stay in the processor's cache, which is twice as fast.
 _ROWS = 256
 
 
@@ -102,20 +103,22 @@ def _motion(hierarchy: Hierarchy, frames: Frames, name: str) -> Motion:
     shape = (frames.n_frames, skeleton.n_joints)
     translations, angles, rotations = np.empty((*shape, 3)), np.zeros((*shape, 3)), np.empty((*shape, 4))
     coordinates = translations.reshape(len(translations), -1)
+    kernels = backend(warn=False)
     start = 0
     while frames.blocks:
         # Each block is let go when it is done, so that a long take does not lie in memory twice.
         block = frames.blocks.popleft()
-        for first in range(0, len(block), _ROWS):
-            values = block[first : first + _ROWS]
-            rows = slice(start, start + len(values))
-            translations[rows] = skeleton.offsets
-            coordinates[rows, layout.position_places] = values[:, layout.position_columns]
-            for turns in layout.turns:
-                radians = rotation.radians(turns.take(values))
-                angles[rows, turns.joints, : len(turns.order)] = radians
-                rotations[rows, turns.joints] = rotation.from_euler(turns.order, radians)
-            start = rows.stop
+        rows = slice(start, start + len(block))
+        translations[rows] = skeleton.offsets
+        coordinates[rows, layout.position_places] = block[:, layout.position_columns]
+        for turns in layout.turns:
+            if turns.threefold is not None:
+                kernels.turn_joints(block, turns.threefold, angles[rows], rotations[rows])
+                continue
+            radians = rotation.radians(turns.take(block))
+            angles[rows, turns.joints, : len(turns.order)] = radians
+            rotations[rows, turns.joints] = rotation.from_euler(turns.order, radians)
+        start = rows.stop
     return Motion(
         skeleton,
         rotations,
@@ -139,11 +142,14 @@ class _Turns:
         A slice where the joints follow one another, which is far faster to copy.
     columns : slice or int array, shape (n * len(order),)
         Their rotation channels in a frame.
+    threefold : TurnedJoints, optional
+        The same for the kernels, where these are three different axes.
     """
 
     order: str
     joints: slice | IntArray
     columns: slice | IntArray
+    threefold: TurnedJoints | None
 
     def take(self, values: FloatArray) -> FloatArray:
         """Take these channels out of frames, shape (n_frames, n, len(order))."""
@@ -183,7 +189,17 @@ class _Layout:
         self.n_columns = column
         self.position_columns = np.array(position_columns, dtype=np.intp)
         self.position_places = np.array(position_places, dtype=np.intp)
-        self.turns = [_Turns(order, _run(joints), _run(columns)) for order, (joints, columns) in turns.items()]
+        self.turns = [
+            _Turns(order, _run(joints), _run(columns), _threefold(order, joints, columns))
+            for order, (joints, columns) in turns.items()
+        ]
+
+
+def _threefold(order: str, joints: list[int], columns: list[int]) -> TurnedJoints | None:
+    if len(set(order)) < 3:
+        return None
+    places = np.array(columns, dtype=np.int64).reshape(-1, 3)
+    return TurnedJoints(order, np.array(joints, dtype=np.int64), places, rotation.MANY_DEGREES)
 
 
 def _run(indices: list[int]) -> slice | IntArray:

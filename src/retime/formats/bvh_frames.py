@@ -34,7 +34,7 @@ _FRAME_TIME = re.compile(rb"frame\s*time\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
 _CUT_NUMBER = re.compile(rb"[+-]?\.?|[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][+-]?")
 _REPAIR = "; --repair (repair=True) keeps what is there"
 # Bytes parsed at once: many rows, and little memory beside the table itself.
-_BLOCK = 1 << 19
+_BLOCK = 1 << 21
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,9 @@ class _Table:
         self.n_channels = sum(map(len, hierarchy.channels))
         self.n_frames = 0
         self.blocks: deque[FloatArray] = deque()
+        # Lines up to this place of the file; counted only where one is to be named.
         self.line = 0
+        self.counted = 0
         # The values of a frame that is not whole yet, and the line where it begins.
         self.begun: list[float] = []
         self.begun_line = 0
@@ -225,26 +227,33 @@ class _Table:
     def _parse_blocks(self) -> None:
         data = self.lines.data
         position = self.lines.next_start
-        self.line = self.lines.number
+        self.line, self.counted = self.lines.number, position
         while position < len(data):
             match = LINE_END.search(data, position + _BLOCK)
             stop = len(data) if match is None else match.end()
             text = data[position:stop]
-            if len(text) > self.limits.line_bytes:
-                self._check_lengths(text)
-            comma = self.options.decimal_comma
-            table = None if self.begun else parse_rows(text, self.n_channels, decimal_comma=comma)
+            comma, longest = self.options.decimal_comma, self.limits.line_bytes
+            table = None
+            if not self.begun:
+                table = parse_rows(text, self.n_channels, decimal_comma=comma, line_bytes=longest)
             if table is not None:
                 self.blocks.append(table)
                 self.n_frames += len(table)
-                self.line += count_line_ends(text)
             else:
+                self._count_lines(position)
+                if len(text) > longest:
+                    self._check_lengths(text)
                 self._parse_lines(text.splitlines(), ends_file=stop == len(data))
+                self.counted = stop
             if self.n_frames > self.limits.frames:
                 self._fail(f"more than {self.limits.frames} there (Limits.frames)")
             position = stop
         if self.begun:
             raise self.glued or self._cut(len(self.begun))
+
+    def _count_lines(self, position: int) -> None:
+        self.line += count_line_ends(self.lines.data[self.counted : position])
+        self.counted = position
 
     def _check_lengths(self, text: bytes) -> None:
         longest = self.limits.line_bytes

@@ -16,6 +16,7 @@ import re
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.kernels import backend
 from retime.motion.size import LARGEST
 
 _UNSIGNED = rb"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -28,8 +29,6 @@ _NOT_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity|[0-9]\.#\w+)", re.IGNORECAS
 _COUNT = re.compile(rb"\+?[0-9]+")
 _TOKEN = re.compile(rb"[^ \t\r\n\v\f]+")
 _NUMBER_BYTES = b"0123456789+-.eE \t\r\n"
-# The digits of 0 to 999.
-_THREE_DIGITS = np.array([list(b"%03d" % n) for n in range(1000)], dtype=np.uint8)
 
 
 class NumberTextError(ValueError):
@@ -201,33 +200,9 @@ def format_table(values: FloatArray) -> bytes:
     >>> format_table(np.array([[1.5, -20.0], [-1e-9, 0.1]]))
     b'1.500000 -20.000000\n0.000000 0.100000\n'
     """
-    flat = values.ravel()
-    if np.any(np.abs(flat) >= 1e9):
+    if not values.shape[1]:
+        return b"\n" * len(values)
+    if values.size and not max(values.max(), -values.min()) < 1e9:
         row_text = " ".join(["%.6f"] * values.shape[1]) + "\n"
         return "".join([row_text % tuple(row) for row in values.tolist()]).encode()
-    count = np.rint(np.abs(flat) * 1e6).astype(np.int64)
-    whole = count // 1_000_000
-    decimals = (count - whole * 1_000_000).astype(np.uint32)
-    whole = whole.astype(np.uint32)
-    # Each number gets a sign, as many digits as the longest one, a point, six digits and a separator; what it does not
-    # need is left out in the end.
-    n_groups = -(-len(str(int(whole.max(initial=0)))) // 3)
-    point = 1 + 3 * n_groups
-    text = np.empty((len(flat), point + 8), dtype=np.uint8)
-    keep = np.ones(text.shape, dtype=bool)
-    text[:, 0] = ord("-")
-    keep[:, 0] = (flat < 0) & (count > 0)
-    left = whole
-    for stop in range(point, 1, -3):
-        upper = left // 1000
-        text[:, stop - 3 : stop] = _THREE_DIGITS[left - upper * 1000]
-        left = upper
-    for digit in range(1, 3 * n_groups):
-        keep[:, point - 1 - digit] = whole >= 10**digit
-    text[:, point] = ord(".")
-    thousandths = decimals // 1000
-    text[:, point + 1 : point + 4] = _THREE_DIGITS[thousandths]
-    text[:, point + 4 : point + 7] = _THREE_DIGITS[decimals - thousandths * 1000]
-    text[:, point + 7] = ord(" ")
-    text[values.shape[1] - 1 :: values.shape[1], point + 7] = ord("\n")
-    return text[keep].tobytes()
+    return backend(warn=False).write_rows(np.ascontiguousarray(values))

@@ -87,6 +87,58 @@ class Backend(Protocol):
         ASCII; ``.5`` and ``5.`` count too. Each comes as the nearest double.
         """
 
+    def write_rows(self, rows: FloatArray) -> bytes:
+        """Write rows (n_rows, n_columns >= 1) of numbers below 1e9, with six decimals.
+
+        A space stands between two numbers, a line feed after each row; a zero has no sign.
+        """
+
+    def three_turns(self, order: str, angles: FloatArray) -> FloatArray:
+        """Multiply turns about three different axes, radians (n, 3) up to `LARGEST_TURN`: quaternions (n, 4), wxyz."""
+
+    def turn_joints(self, rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rotations: FloatArray) -> None:
+        """Fill the angles (n_rows, n_joints, 3), radians, and the rotations (n_rows, n_joints, 4) of some joints."""
+
+
+LARGEST_TURN = 2e6
+"""Radians. Larger angles are turned by NumPy (kLargestTurn in turns.hpp)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TurnedJoints:
+    """Joints whose channels are turns about three different axes, in one order.
+
+    Attributes
+    ----------
+    order : str
+        The letters X, Y and Z, in the order of multiplication.
+    joints : int array, shape (n,)
+        Which joints.
+    columns : int array, shape (n, 3)
+        Where their channels stand in a row: degrees.
+    many : float
+        Of angles beyond so many degrees whole turns are left out.
+    """
+
+    order: str
+    joints: IntArray
+    columns: IntArray
+    many: float
+
+    __repr__ = brief_repr
+
+
+def turn_axes(order: str) -> tuple[tuple[int, int, int], float]:
+    """Return the axes of three different letters of X, Y, Z, and 1 where they follow each other as those do, else -1.
+
+    Examples
+    --------
+    >>> turn_axes("ZXY"), turn_axes("ZYX")
+    (((2, 0, 1), 1.0), ((2, 1, 0), -1.0))
+    """
+    i, j, k = ("XYZ".index(letter) for letter in order)
+    return (i, j, k), 1.0 if (j - i) % 3 == 1 else -1.0
+
 
 @dataclass(frozen=True)
 class RowFormat:

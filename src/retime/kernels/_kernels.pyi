@@ -114,6 +114,21 @@ def read_rows(
     decimal_comma: bool,
     largest: float,
     line_bytes: int,
+    n_threads: int,
     out: FloatArray,
     /,
 ) -> tuple[int, int, int]: ...
+def write_rows(rows: FloatArray, /) -> bytes: ...
+def three_turns(angles: FloatArray, axes: tuple[int, int, int], sign: float, quaternions: FloatArray, /) -> None: ...
+def turn_joints(
+    rows: FloatArray,
+    joints: IntArray,
+    columns: IntArray,
+    axes: tuple[int, int, int],
+    sign: float,
+    many: float,
+    n_threads: int,
+    angles: FloatArray,
+    quaternions: FloatArray,
+    /,
+) -> None: ...

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, _kernels, n_threads
+from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, TurnedJoints, _kernels, n_threads, turn_axes
 from retime.progress import look
 
 # Long kernels tell how far they are, and end where that raises.
@@ -189,10 +189,28 @@ def priced_path(problem: PathProblem, max_bytes: int) -> PricedPath:
 def read_rows(text: bytes, rows: RowFormat) -> FloatArray | None:
     """Read rows of numbers; see `retime.kernels.Backend`."""
     # A number takes a digit and what parts it from the next. Pages that nothing is written to cost nothing.
-    numbers = np.empty((len(text) + 1) // 2)
-    n_rows, n_columns, n_bytes = _kernels.read_rows(
-        text, rows.n_columns, rows.delimiter or "\0", rows.decimal_comma, rows.largest, rows.line_bytes, numbers
-    )
+    threads = n_threads()
+    numbers = np.empty(len(text) // 2 + threads + 1)
+    told = rows.n_columns, rows.delimiter or "\0", rows.decimal_comma, rows.largest, rows.line_bytes
+    n_rows, n_columns, n_bytes = _kernels.read_rows(text, *told, threads, numbers)
     if n_rows == 0 or n_bytes < len(text):
         return None
     return numbers[: n_rows * n_columns].reshape(n_rows, n_columns).copy()
+
+
+def write_rows(rows: FloatArray) -> bytes:
+    """Write rows of numbers; see `retime.kernels.Backend`."""
+    return _kernels.write_rows(rows)
+
+
+def three_turns(order: str, angles: FloatArray) -> FloatArray:
+    """Multiply turns about three axes; see `retime.kernels.Backend`."""
+    quaternions = np.empty((len(angles), 4))
+    _kernels.three_turns(angles, *turn_axes(order), quaternions)
+    return quaternions
+
+
+def turn_joints(rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rotations: FloatArray) -> None:
+    """Turn joints by their channels; see `retime.kernels.Backend`."""
+    told = turned.joints, turned.columns, *turn_axes(turned.order), turned.many
+    _kernels.turn_joints(rows, *told, n_threads(), angles, rotations)

@@ -8,6 +8,7 @@
 #include "number_rows.hpp"
 #include "priced_path.hpp"
 #include "scores.hpp"
+#include "turns.hpp"
 #include "watch.hpp"
 
 #include <exception>
@@ -75,6 +76,10 @@ nb::object to_python(retime::Path&& path) {
     nb::capsule owner(frames, [](void* p) noexcept { delete static_cast<std::vector<int64_t>*>(p); });
     return nb::make_tuple(nb::ndarray<nb::numpy, int64_t, nb::ndim<1>>(frames->data(), {frames->size()}, owner),
                           path.total);
+}
+
+retime::TurnOrder order_of(const nb::tuple& axes, double sign) {
+    return {{nb::cast<size_t>(axes[0]), nb::cast<size_t>(axes[1]), nb::cast<size_t>(axes[2])}, sign};
 }
 
 }  // namespace
@@ -163,12 +168,34 @@ NB_MODULE(_kernels, m) {
     });
 
     m.def("read_rows", [](nb::bytes text, size_t n_columns, char delimiter, bool decimal_comma, double largest,
-                          size_t line_bytes, Output out) {
+                          size_t line_bytes, int n_threads, Output out) {
         const char* const begin = text.c_str();
         const size_t n_bytes = text.size();
         const retime::RowFormat format{delimiter, decimal_comma, largest, line_bytes};
         const auto read =
-            unlocked([&] { return retime::read_rows(begin, n_bytes, n_columns, format, out.data(), out.size()); });
+            unlocked([&] { return retime::read_rows(begin, n_bytes, n_columns, format, n_threads, out.data()); });
         return nb::make_tuple(read.n_rows, read.n_columns, read.n_bytes);
+    });
+
+    m.def("write_rows", [](Doubles rows) {
+        const size_t n_rows = rows.shape(0), n_columns = rows.shape(1);
+        std::vector<char> text(n_rows * n_columns * retime::kWrittenBytes);
+        const size_t n_bytes =
+            unlocked([&] { return retime::write_rows(rows.data(), n_rows, n_columns, text.data()); });
+        return nb::bytes(text.data(), n_bytes);
+    });
+
+    m.def("three_turns", [](Doubles angles, nb::tuple axes, double sign, Output quaternions) {
+        const auto order = order_of(axes, sign);
+        unlocked([&] { retime::three_turns(angles.data(), angles.shape(0), order, quaternions.data()); });
+    });
+
+    m.def("turn_joints", [](Doubles rows, Integers joints, Integers columns, nb::tuple axes, double sign, double many,
+                            int n_threads, Output angles, Output quaternions) {
+        const retime::TurnedJoints turned{joints.data(), columns.data(), joints.shape(0), order_of(axes, sign)};
+        unlocked([&] {
+            retime::turn_joints(rows.data(), rows.shape(0), rows.shape(1), turned, angles.shape(1), many, n_threads,
+                                angles.data(), quaternions.data());
+        });
     });
 }

@@ -1,4 +1,4 @@
-// Text to numbers: lines of decimal numbers, strictly.
+// Text to numbers, lines of decimal numbers, strictly; and numbers to text.
 #pragma once
 
 #include <cstddef>
@@ -32,5 +32,18 @@ struct RowsRead {
 // also stops where `out`, which has room for `capacity` numbers, is full; a text holds one in two bytes at most.
 RowsRead read_rows(const char* text, size_t n_bytes, size_t n_columns, const RowFormat& format, double* out,
                    size_t capacity);
+
+// The same on several threads, where the text is long and n_columns is said. `out` has room for half as many numbers as
+// there are bytes, and one more for each thread; what it holds behind the whole rows is anything.
+RowsRead read_rows(const char* text, size_t n_bytes, size_t n_columns, const RowFormat& format, int n_threads,
+                   double* out);
+
+// Bytes that a number takes at most, with what follows it.
+constexpr size_t kWrittenBytes = 19;
+
+// Writes rows of one number or more, each smaller than 1e9, with six decimals: the nearest by the rounding of |number|
+// * 1e6, ties to even; zero without a sign. A space stands between two, a line feed after each row. `out` has room for
+// kWrittenBytes a number; returns how many bytes were written.
+size_t write_rows(const double* numbers, size_t n_rows, size_t n_columns, char* out);
 
 }  // namespace retime

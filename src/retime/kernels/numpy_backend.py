@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs
+from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, TurnedJoints, turn_axes
 
 _LANES = 16
 # kCancelled in exact_distances.hpp.
@@ -23,6 +23,15 @@ _BLOCK_NUMBERS = 4 << 20
 _PAIR_NUMBERS = 1 << 21
 # What rows of numbers are written with.
 _NUMBER_BYTES = b"0123456789+-.eE \t\r\n"
+# The digits of 0 to 999.
+_THREE_DIGITS = np.array([list(b"%03d" % n) for n in range(1000)], dtype=np.uint8)
+# A quarter turn in three parts, and the series of sine and cosine: those of turns.cpp.
+_QUARTER = float.fromhex("0x1.921fb544p+0"), float.fromhex("0x1.0b4611a6p-34"), float.fromhex("0x1.3198a2e037073p-69")
+_QUARTERS = float.fromhex("0x1.45f306dc9c883p-1")
+_SINE = [(-1.0) ** (n // 2) / math.factorial(n) for n in range(3, 18, 2)]
+_COSINE = [(-1.0) ** (n // 2) / math.factorial(n) for n in range(4, 19, 2)]
+# Triples of angles that are turned at once: what they take stays in the cache.
+_TRIPLES = 2048
 
 
 def _padded(numbers: FloatArray) -> FloatArray:
@@ -449,3 +458,87 @@ def read_rows(text: bytes, rows: RowFormat) -> FloatArray | None:
     if rows.n_columns not in (0, table.shape[1]) or not (np.abs(table) <= rows.largest).all():
         return None
     return table
+
+
+def write_rows(rows: FloatArray) -> bytes:
+    """Write rows of numbers; see `retime.kernels.Backend`."""
+    flat = rows.ravel()
+    count = np.rint(np.abs(flat) * 1e6).astype(np.int64)
+    whole = count // 1_000_000
+    decimals = (count - whole * 1_000_000).astype(np.uint32)
+    whole = whole.astype(np.uint32)
+    # Each number gets a sign, as many digits as the longest one, a point, six digits and a separator; what it does not
+    # need is left out in the end.
+    n_groups = -(-len(str(int(whole.max(initial=0)))) // 3)
+    point = 1 + 3 * n_groups
+    text = np.empty((len(flat), point + 8), dtype=np.uint8)
+    keep = np.ones(text.shape, dtype=bool)
+    text[:, 0] = ord("-")
+    keep[:, 0] = (flat < 0) & (count > 0)
+    left = whole
+    for stop in range(point, 1, -3):
+        upper = left // 1000
+        text[:, stop - 3 : stop] = _THREE_DIGITS[left - upper * 1000]
+        left = upper
+    for digit in range(1, 3 * n_groups):
+        keep[:, point - 1 - digit] = whole >= 10**digit
+    text[:, point] = ord(".")
+    thousandths = decimals // 1000
+    text[:, point + 1 : point + 4] = _THREE_DIGITS[thousandths]
+    text[:, point + 4 : point + 7] = _THREE_DIGITS[decimals - thousandths * 1000]
+    text[:, point + 7] = ord(" ")
+    text[rows.shape[1] - 1 :: rows.shape[1], point + 7] = ord("\n")
+    return text[keep].tobytes()
+
+
+def three_turns(order: str, angles: FloatArray) -> FloatArray:
+    """Multiply turns about three axes; see `retime.kernels.Backend`."""
+    (i, j, k), sign = turn_axes(order)
+    out = np.empty((len(angles), 4))
+    for start in range(0, len(angles), _TRIPLES):
+        (s1, s2, s3), (c1, c2, c3) = sines(np.multiply(angles[start : start + _TRIPLES].T, 0.5, order="C"))
+        q = out[start : start + _TRIPLES]
+        q[:, 0] = c1 * c2 * c3 - sign * (s1 * s2 * s3)
+        q[:, 1 + i] = s1 * c2 * c3 + sign * (c1 * s2 * s3)
+        q[:, 1 + j] = c1 * s2 * c3 - sign * (s1 * c2 * s3)
+        q[:, 1 + k] = c1 * c2 * s3 + sign * (s1 * s2 * c3)
+    return out
+
+
+def sines(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return sines and cosines of angles, radians up to a million: the same bits on every machine.
+
+    They are off by 0.8 of a unit in the last place at most; those of a C library differ from one to the next.
+    """
+    quarters = np.rint(angles * _QUARTERS)
+    # What is left of the angle, and what rounding has left of that.
+    near, more = angles - quarters * _QUARTER[0], quarters * _QUARTER[1]
+    most = near - more
+    last = quarters * _QUARTER[2]
+    r = most - last
+    rest = ((near - most) - more) + ((most - r) - last)
+    z = r * r
+    half = 0.5 * z
+    s, c = np.full_like(z, _SINE[-1]), np.full_like(z, _COSINE[-1])
+    for of_sine, of_cosine in zip(_SINE[-2::-1], _COSINE[-2::-1], strict=True):
+        s *= z
+        s += of_sine
+        c *= z
+        c += of_cosine
+    s = r + (r * z * s + (rest - rest * half))
+    one = 1.0 - half
+    c = one + (((1.0 - one) - half) + (z * z * c - r * rest))
+    which = quarters.astype(np.int64)
+    odd = (which & 1) != 0
+    sine, cosine = np.where(odd, c, s), np.where(odd, s, c)
+    return np.where(which & 2, -sine, sine), np.where((which + 1) & 2, -cosine, cosine)
+
+
+def turn_joints(rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rotations: FloatArray) -> None:
+    """Turn joints by their channels; see `retime.kernels.Backend`."""
+    degrees = rows[:, turned.columns]
+    degrees = np.where(np.abs(degrees) > turned.many, np.fmod(degrees, 360.0), degrees)
+    radians = np.deg2rad(degrees)
+    angles[:, turned.joints] = radians
+    turns = three_turns(turned.order, radians.reshape(-1, 3))
+    rotations[:, turned.joints] = turns.reshape(*radians.shape[:2], 4)

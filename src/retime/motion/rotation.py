@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from retime.arrays import FloatArray
+from retime.kernels import LARGEST_TURN, backend
 
 _AXIS = {"X": 0, "Y": 1, "Z": 2}
 # Up to here the radians of an angle are as exact as the angle, and it may be wound up on purpose.
-_MANY_DEGREES = 1e6
+MANY_DEGREES = 1e6
 
 
 def identity(*shape: int) -> FloatArray:
@@ -143,7 +144,7 @@ def radians(angles: ArrayLike, *, degrees: bool = True) -> FloatArray:
     (176, 176.0)
     """
     angles = np.asarray(angles, dtype=np.float64)
-    large = np.abs(angles) > (_MANY_DEGREES if degrees else np.deg2rad(_MANY_DEGREES))
+    large = np.abs(angles) > (MANY_DEGREES if degrees else np.deg2rad(MANY_DEGREES))
     if np.any(large):
         few = np.fmod(angles, 360.0) if degrees else np.arctan2(np.sin(angles), np.cos(angles))
         angles = np.where(large, few, angles)
@@ -181,21 +182,13 @@ def from_euler(order: str, angles: ArrayLike) -> FloatArray:
 
 
 def _from_three_turns(order: str, angles: FloatArray) -> FloatArray:
-    """Multiply out the three turns, in pieces that stay in the cache: that saves most of the time."""
-    i, j, k = (_AXIS[letter] for letter in order)
-    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    """Multiply out the three turns."""
     triples = angles.reshape(-1, 3)
-    out = np.empty((len(triples), 4))
-    for start in range(0, len(triples), 8192):
-        half = np.multiply(triples[start : start + 8192].T, 0.5, order="C")
-        c1, c2, c3 = np.cos(half)
-        s1, s2, s3 = np.sin(half)
-        q = out[start : start + 8192]
-        q[:, 0] = c1 * c2 * c3 - sign * (s1 * s2 * s3)
-        q[:, 1 + i] = s1 * c2 * c3 + sign * (c1 * s2 * s3)
-        q[:, 1 + j] = c1 * s2 * c3 - sign * (s1 * c2 * s3)
-        q[:, 1 + k] = c1 * c2 * s3 + sign * (s1 * s2 * c3)
-    return out.reshape(*angles.shape[:-1], 4)
+    large = np.abs(triples) > LARGEST_TURN
+    if np.any(large):
+        triples = np.where(large, np.arctan2(np.sin(triples), np.cos(triples)), triples)
+    turned = backend(warn=False).three_turns(order, np.ascontiguousarray(triples))
+    return turned.reshape(*angles.shape[:-1], 4)
 
 
 def to_matrix(q: ArrayLike) -> FloatArray:
