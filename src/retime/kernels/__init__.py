@@ -99,6 +99,20 @@ class Backend(Protocol):
     def turn_joints(self, rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rotations: FloatArray) -> None:
         """Fill the angles (n_rows, n_joints, 3), radians, and the rotations (n_rows, n_joints, 4) of some joints."""
 
+    def pose_joints(
+        self, joints: PosedJoints, rotations: FloatArray, translations: FloatArray, out: tuple[FloatArray, ...]
+    ) -> None:
+        """Place joints in space, from local rotations (n_frames, n_joints, 4) and translations (n_frames, n_joints, 3).
+
+        Fills positions, rotations (of those shapes) and positions of end sites (n_frames, n_sites, 3).
+        """
+
+    def extent(self, numbers: FloatArray) -> tuple[float, float]:
+        """Return the least and the greatest number, of any shape; both are NaN where one is not finite."""
+
+    def squared_lengths(self, quaternions: FloatArray) -> tuple[float, float]:
+        """Return the least and the greatest squared length of quaternions (..., 4); NaN as above."""
+
 
 LARGEST_TURN = 2e6
 """Radians. Larger angles are turned by NumPy (kLargestTurn in turns.hpp)."""
@@ -124,6 +138,30 @@ class TurnedJoints:
     joints: IntArray
     columns: IntArray
     many: float
+
+    __repr__ = brief_repr
+
+
+@dataclass(frozen=True, eq=False)
+class PosedJoints:
+    """What is placed in space: a skeleton's joints, each behind its parent, and its end sites.
+
+    Attributes
+    ----------
+    parents : int array, shape (n_joints,)
+        That of the first joint is not looked at.
+    site_parents : int array, shape (n_sites,)
+        Of the end sites.
+    site_offsets : float array, shape (n_sites, 3)
+        In their parents' spaces.
+    turn : float array, shape (4,) or (0,)
+        Of the space that the first joint stands in: a quarter turn about X, which brings Z to where Y is, or none.
+    """
+
+    parents: IntArray
+    site_parents: IntArray
+    site_offsets: FloatArray
+    turn: FloatArray
 
     __repr__ = brief_repr
 

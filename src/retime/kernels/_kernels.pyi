@@ -132,3 +132,18 @@ def turn_joints(
     quaternions: FloatArray,
     /,
 ) -> None: ...
+def pose_joints(
+    parents: IntArray,
+    site_parents: IntArray,
+    site_offsets: FloatArray,
+    turn: FloatArray,
+    rotations: FloatArray,
+    translations: FloatArray,
+    n_threads: int,
+    positions: FloatArray,
+    global_rotations: FloatArray,
+    end_positions: FloatArray,
+    /,
+) -> None: ...
+def extent(numbers: FloatArray, n_threads: int, /) -> tuple[float, float]: ...
+def squared_lengths(quaternions: FloatArray, n_threads: int, /) -> tuple[float, float]: ...

@@ -8,7 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, TurnedJoints, _kernels, n_threads, turn_axes
+from retime.kernels import (
+    PathProblem,
+    PosedJoints,
+    PricedPath,
+    RowFormat,
+    StepPairs,
+    TurnedJoints,
+    _kernels,
+    n_threads,
+    turn_axes,
+)
 from retime.progress import look
 
 # Long kernels tell how far they are, and end where that raises.
@@ -214,3 +224,22 @@ def turn_joints(rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rota
     """Turn joints by their channels; see `retime.kernels.Backend`."""
     told = turned.joints, turned.columns, *turn_axes(turned.order), turned.many
     _kernels.turn_joints(rows, *told, n_threads(), angles, rotations)
+
+
+def pose_joints(
+    joints: PosedJoints, rotations: FloatArray, translations: FloatArray, out: tuple[FloatArray, ...]
+) -> None:
+    """Place joints in space; see `retime.kernels.Backend`."""
+    told = joints.parents, joints.site_parents, joints.site_offsets, joints.turn
+    positions, global_rotations, end_positions = out
+    _kernels.pose_joints(*told, rotations, translations, n_threads(), positions, global_rotations, end_positions)
+
+
+def extent(numbers: FloatArray) -> tuple[float, float]:
+    """Find the least and the greatest number; see `retime.kernels.Backend`."""
+    return _kernels.extent(numbers, n_threads())
+
+
+def squared_lengths(quaternions: FloatArray) -> tuple[float, float]:
+    """Find the least and the greatest squared length; see `retime.kernels.Backend`."""
+    return _kernels.squared_lengths(quaternions, n_threads())

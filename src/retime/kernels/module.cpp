@@ -6,6 +6,7 @@
 #include "aligned_path.hpp"
 #include "layered_path.hpp"
 #include "number_rows.hpp"
+#include "poses.hpp"
 #include "priced_path.hpp"
 #include "scores.hpp"
 #include "turns.hpp"
@@ -197,5 +198,27 @@ NB_MODULE(_kernels, m) {
             retime::turn_joints(rows.data(), rows.shape(0), rows.shape(1), turned, angles.shape(1), many, n_threads,
                                 angles.data(), quaternions.data());
         });
+    });
+
+    m.def("pose_joints", [](Integers parents, Integers site_parents, Doubles site_offsets, Doubles turn,
+                            Doubles rotations, Doubles translations, int n_threads, Output positions,
+                            Output global_rotations, Output end_positions) {
+        const retime::Joints joints{parents.data(),      parents.shape(0),      site_parents.data(),
+                                    site_offsets.data(), site_parents.shape(0), turn.size() ? turn.data() : nullptr};
+        const retime::Posed out{positions.data(), global_rotations.data(), end_positions.data()};
+        unlocked([&] {
+            retime::pose_joints(joints, rotations.data(), translations.data(), rotations.shape(0), n_threads, out);
+        });
+    });
+
+    m.def("extent", [](Doubles numbers, int n_threads) {
+        const auto found = unlocked([&] { return retime::extent(numbers.data(), numbers.size(), n_threads); });
+        return nb::make_tuple(found.least, found.greatest);
+    });
+
+    m.def("squared_lengths", [](Doubles quaternions, int n_threads) {
+        const auto found =
+            unlocked([&] { return retime::squared_lengths(quaternions.data(), quaternions.size() / 4, n_threads); });
+        return nb::make_tuple(found.least, found.greatest);
     });
 }

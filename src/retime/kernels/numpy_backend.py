@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PricedPath, RowFormat, StepPairs, TurnedJoints, turn_axes
+from retime.kernels import PathProblem, PosedJoints, PricedPath, RowFormat, StepPairs, TurnedJoints, turn_axes
 
 _LANES = 16
 # kCancelled in exact_distances.hpp.
@@ -32,6 +32,9 @@ _SINE = [(-1.0) ** (n // 2) / math.factorial(n) for n in range(3, 18, 2)]
 _COSINE = [(-1.0) ** (n // 2) / math.factorial(n) for n in range(4, 19, 2)]
 # Triples of angles that are turned at once: what they take stays in the cache.
 _TRIPLES = 2048
+# Frames posed at once, and quaternions measured at once, for the same reason.
+_FRAMES = 2048
+_QUATERNIONS = 8192
 
 
 def _padded(numbers: FloatArray) -> FloatArray:
@@ -542,3 +545,70 @@ def turn_joints(rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rota
     angles[:, turned.joints] = radians
     turns = three_turns(turned.order, radians.reshape(-1, 3))
     rotations[:, turned.joints] = turns.reshape(*radians.shape[:2], 4)
+
+
+def pose_joints(
+    joints: PosedJoints, rotations: FloatArray, translations: FloatArray, out: tuple[FloatArray, ...]
+) -> None:
+    """Place joints in space; see `retime.kernels.Backend`."""
+    for start in range(0, len(rotations), _FRAMES):
+        frames = slice(start, start + _FRAMES)
+        rows = _posed_rows(joints, rotations[frames].transpose(1, 2, 0), translations[frames].transpose(1, 2, 0))
+        for to, found in zip(out, rows, strict=True):
+            to[frames] = found.transpose(2, 0, 1)
+
+
+def _posed_rows(
+    joints: PosedJoints, rotations: FloatArray, translations: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pose frames that come, and go, with one row a component: (n_joints, 4 or 3, n_frames)."""
+    # Rows without gaps: whole-column arithmetic instead of strided fours.
+    local_q, local_p = np.ascontiguousarray(rotations), np.ascontiguousarray(translations)
+    q = np.empty_like(local_q)
+    p = np.empty_like(local_p)
+    q[0], p[0] = local_q[0], local_p[0]
+    if joints.turn.size:
+        _multiply_rows(joints.turn[:, None], local_q[0], q[0])
+        p[0] = local_p[0][[0, 2, 1]]
+        p[0, 2] *= -1.0
+    for joint, parent in enumerate(joints.parents[1:].tolist(), start=1):
+        _multiply_rows(q[parent], local_q[joint], q[joint])
+        _transform_rows(q[parent], p[parent], local_p[joint], p[joint])
+    ends = np.empty((len(joints.site_parents), 3, rotations.shape[2]))
+    for site, parent in enumerate(joints.site_parents.tolist()):
+        _transform_rows(q[parent], p[parent], joints.site_offsets[site][:, None], ends[site])
+    return p, q, ends
+
+
+def _multiply_rows(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
+    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+
+
+def _transform_rows(q: FloatArray, origin: FloatArray, v: FloatArray, out: FloatArray) -> None:
+    w, x, y, z = q
+    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
+    out[0] = origin[0] + v[0] + w * tx + y * tz - z * ty
+    out[1] = origin[1] + v[1] + w * ty + z * tx - x * tz
+    out[2] = origin[2] + v[2] + w * tz + x * ty - y * tx
+
+
+def extent(numbers: FloatArray) -> tuple[float, float]:
+    """Find the least and the greatest number; see `retime.kernels.Backend`."""
+    least, greatest = float(numbers.min(initial=np.inf)), float(numbers.max(initial=-np.inf))
+    # The least number is NaN where any is.
+    unbounded = numbers.size and not (least > -np.inf and greatest < np.inf)
+    return (math.nan, math.nan) if unbounded else (least, greatest)
+
+
+def squared_lengths(quaternions: FloatArray) -> tuple[float, float]:
+    """Find the least and the greatest squared length; see `retime.kernels.Backend`."""
+    rows = quaternions.reshape(-1, 4)
+    found: list[float] = []
+    for start in range(0, len(rows), _QUATERNIONS):
+        with np.errstate(over="ignore", invalid="ignore"):
+            w, x, y, z = np.square(rows[start : start + _QUATERNIONS].T)
+            found += extent(((w + x) + y) + z)
+    return extent(np.array(found))

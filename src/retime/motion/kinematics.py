@@ -10,6 +10,7 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
+from retime.kernels import PosedJoints, backend
 from retime.motion import rotation
 from retime.motion.body import body_of
 from retime.motion.moving import Moving
@@ -72,8 +73,10 @@ _KNOWN: WeakKeyDictionary[Moving, GlobalPoses] = WeakKeyDictionary()
 _MOST_KEPT = 8_000_000
 
 
-# Frames posed at once: their numbers stay in the processor's cache, and a long take needs no second copy of itself.
-_FRAMES = 2048
+# Frames posed at once: what they need beside themselves is small.
+_FRAMES = 1 << 14
+# A quarter turn about X, which brings Z to where Y is.
+_Z_TO_Y = rotation.about_axis(0, -np.pi / 2)
 
 
 def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str) -> GlobalPoses:
@@ -83,37 +86,19 @@ def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: Float
         np.empty((n_frames, n_joints, 4)),
         np.empty((n_frames, len(skeleton.end_sites), 3)),
     )
+    sites = skeleton.end_sites
+    joints = PosedJoints(
+        np.array(skeleton.parents, dtype=np.int64),
+        np.array([site.parent for site in sites], dtype=np.int64),
+        np.array([site.offset for site in sites], dtype=np.float64).reshape(-1, 3),
+        _Z_TO_Y if up == "z" else np.zeros(0),
+    )
     for start in range(0, n_frames, _FRAMES):
         frames = slice(start, start + _FRAMES)
-        p, q, ends = _rows(skeleton, rotations[frames].transpose(1, 2, 0), translations[frames].transpose(1, 2, 0), up)
-        poses.positions[frames] = p.transpose(2, 0, 1)
-        poses.rotations[frames] = q.transpose(2, 0, 1)
-        poses.end_positions[frames] = ends.transpose(2, 0, 1)
+        out = poses.positions[frames], poses.rotations[frames], poses.end_positions[frames]
+        local = np.ascontiguousarray(rotations[frames]), np.ascontiguousarray(translations[frames])
+        backend(warn=False).pose_joints(joints, *local, out)
     return poses
-
-
-def _rows(
-    skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Pose frames that come, and go, with one row a component: (n_joints, 4 or 3, n_frames)."""
-    # Rows without gaps: whole-column arithmetic instead of strided fours.
-    local_q, local_p = np.ascontiguousarray(rotations), np.ascontiguousarray(translations)
-    q = np.empty_like(local_q)
-    p = np.empty_like(local_p)
-    q[0], p[0] = local_q[0], local_p[0]
-    if up == "z":
-        _multiply_rows(_Z_TO_Y, local_q[0], q[0])
-        p[0] = local_p[0][[0, 2, 1]]
-        p[0, 2] *= -1.0
-    for joint in range(1, skeleton.n_joints):
-        parent = skeleton.parents[joint]
-        _multiply_rows(q[parent], local_q[joint], q[joint])
-        _transform_rows(q[parent], p[parent], local_p[joint], p[joint])
-    ends = np.empty((len(skeleton.end_sites), 3, rotations.shape[2]))
-    for i, site in enumerate(skeleton.end_sites):
-        offset = np.array(site.offset)[:, None]
-        _transform_rows(q[site.parent], p[site.parent], offset, ends[i])
-    return p, q, ends
 
 
 def limb_places(motion: Moving, points: Sequence[tuple[int, int | None]]) -> FloatArray:
@@ -143,10 +128,13 @@ def limb_places(motion: Moving, points: Sequence[tuple[int, int | None]]) -> Flo
     sites = [i for i, site in enumerate(whole.end_sites) if site.parent in joints]
     for start in range(0, motion.n_frames, _FRAMES):
         frames = slice(start, start + _FRAMES)
-        rotations, translations = motion.rotations[frames, joints], motion.local_translations[frames, joints]
-        p, _, ends = _rows(skeleton, rotations.transpose(1, 2, 0), translations.transpose(1, 2, 0), motion.up)
+        local = motion.rotations[frames, joints], motion.local_translations[frames, joints]
+        poses = _global_poses(skeleton, *local, motion.up)
         for i, (joint, site) in enumerate(points):
-            places[frames, i] = (p[joints.index(joint)] if site is None else ends[sites.index(site)]).T
+            if site is None:
+                places[frames, i] = poses.positions[:, joints.index(joint)]
+            else:
+                places[frames, i] = poses.end_positions[:, sites.index(site)]
     return places
 
 
@@ -169,25 +157,6 @@ def part_of(skeleton: Skeleton, joints: Sequence[int]) -> Skeleton:
         skeleton.offsets[list(joints)],
         tuple(replace(site, parent=place[site.parent]) for site in skeleton.end_sites if site.parent in place),
     )
-
-
-# A quarter turn about X, which brings Z to where Y is.
-_Z_TO_Y = rotation.from_euler("X", np.array([-np.pi / 2]))
-
-
-def _multiply_rows(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
-    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
-    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
-    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
-    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
-
-
-def _transform_rows(q: FloatArray, origin: FloatArray, v: FloatArray, out: FloatArray) -> None:
-    w, x, y, z = q
-    tx, ty, tz = 2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])
-    out[0] = origin[0] + v[0] + w * tx + y * tz - z * ty
-    out[1] = origin[1] + v[1] + w * ty + z * tx - x * tz
-    out[2] = origin[2] + v[2] + w * tz + x * ty - y * tx
 
 
 def torso_positions(poses: GlobalPoses) -> FloatArray:

@@ -14,11 +14,12 @@ from retime.arrays import FloatArray, as_real
 from retime.brief import brief, brief_repr, kind_of
 from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions, frame_range, slice_range
+from retime.kernels import backend
 from retime.motion import kinematics, rotation
 from retime.motion.body import body_joint, body_name, body_of
 from retime.motion.picture import pictured_frames, poses_html
 from retime.motion.rate import RateField, RateLike
-from retime.motion.size import LARGEST, size_problem, within_size
+from retime.motion.size import LARGEST, extent, size_problem, within_size
 from retime.motion.skeleton import Skeleton
 
 Up = Literal["y", "z"]
@@ -157,8 +158,8 @@ class Motion:
             raise InvalidMotionError(f"the vertical axis must be one of {', '.join(UPS)}; found {self.up!r}")
         if self.root is not None:
             body_joint(self)
-        squares = np.einsum("fjc,fjc->fj", rotations, rotations)
-        if squares.min() < 1.0 - 2e-12 or squares.max() > 1.0 + 2e-12:
+        shortest, longest = backend(warn=False).squared_lengths(np.ascontiguousarray(rotations))
+        if not (shortest >= 1.0 - 2e-12 and longest <= 1.0 + 2e-12):
             zero = ~np.any(rotations, axis=-1)
             if np.any(zero):
                 frame, joint = (int(i) for i in np.argwhere(zero)[0])
@@ -181,8 +182,8 @@ class Motion:
             object.__setattr__(self, name, view)
 
     def _refuse_unbounded(self, what: str, values: FloatArray, largest: float = LARGEST) -> None:
-        # The least and the greatest number are enough (both are NaN where any is), and need no second array.
-        if within_size([values.min(), values.max()], largest).all():
+        # The least and the greatest number are enough, and need no second array.
+        if within_size(extent(values), largest).all():
             return
         frame, joint, _ = (int(i) for i in np.argwhere(~within_size(values, largest))[0])
         problem = size_problem(values[frame, joint])
