@@ -49,6 +49,15 @@ def _message(draw: random.Random, page: Page) -> dict[str, Any]:
                 "clip": draw.choice([0, 0, 1]),
                 "overwrite": draw.random() < 0.5,
             },
+            {
+                "type": "export_curve",
+                "host": draw.choice(["nuke", "csv", "maya", "lottie", "ffmpeg", "abacus"]),
+                "path": draw.choice([place, "new.nk", "new.csv", "new.ma"]),
+                "rate": draw.choice(["", "24", "fast", "1e9", "0"]),
+                "start": draw.choice(["", "1001", "-1", "x", "9" * 40]),
+                "item": draw.choice(["", "walk", "a\nb", "}"]),
+                "overwrite": draw.random() < 0.5,
+            },
             {"type": "browse", "folder": draw.choice([None, ".", "d", ".."]), "holds": "clip"},
             {"type": "find", "path": place, "writing": draw.random() < 0.5},
         ]

@@ -122,6 +122,18 @@ def test_holds_and_reverse_are_refused_with_what_would_do(tmp_path, host) -> Non
     assert list(tmp_path.iterdir()) == []
 
 
+def test_speeds_above_a_host_s_own_are_refused(tmp_path) -> None:
+    warp = Warp([0.0, 1.0, 1.5, 2.0], [0.0, 1.0, 7.0, 0.5])
+    with pytest.raises(
+        OptionError, match=r"from output time 1 to 2 s the warp plays at 13x, and premiere at 10x at most"
+    ):
+        written(tmp_path, warp, host_named("premiere"), Fraction(24))
+    _, done = written(tmp_path, warp, host_named("fcpxml"), Fraction(24))
+    assert done.error <= _ROUNDING
+    slower = Warp([0.0, 1.0, 1.5, 2.0], [0.0, 1.0, 6.0, 1.0])
+    assert written(tmp_path, slower, host_named("premiere"), Fraction(24))[1].error <= _ROUNDING
+
+
 @pytest.mark.parametrize("host", [host for host in HOSTS if not host.before_clip], ids=lambda host: host.name)
 def test_times_before_the_clip_are_refused_where_there_are_none(tmp_path, host) -> None:
     with pytest.raises(OptionError, match=r"input time -0.5 s, before the clip's first frame"):

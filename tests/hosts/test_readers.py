@@ -208,6 +208,7 @@ def test_weighted_tangents_are_handles(tmp_path) -> None:
     [
         ('\tsetAttr ".tan" 18;\n' + KTV, r"a\.ma:11: the tangent of key 0 is auto: .*Tangents > Fixed"),
         ('\tsetAttr ".tan" 9;\n' + KTV, "is spline"),
+        (KTV, "the tangent of key 0 is not said in the file"),
         ('\tsetAttr ".tan" 5;\n' + KTV, "key 0 is stepped, and a warp can't jump"),
         ('\tsetAttr ".tan" 1;\n' + KTV, "fixed, but without its direction"),
         ('\tsetAttr ".tan" 2;\n\tsetAttr -s 3 ".ktv[0:2]"  1 1 26 51 51;\n', r"a\.ma:11: expected pairs"),

@@ -33,6 +33,14 @@ def check_warp(host: Host, warp: Warp) -> None:
                 f"{host.name} can't express: it gives each input frame one time. {_PLAYS_ALL}; "
                 "or find a warp that always plays forward (--speed 1/4..8)"
             )
+    fast = np.abs(warp.slopes) > host.fastest * (1 + 1e-9)
+    if fast.any():
+        start, end = _span(fast)
+        raise OptionError(
+            f"from output time {warp.output_times[start]:g} to {warp.output_times[end]:g} s the warp plays at "
+            f"{np.abs(warp.slopes[start:end]).max():.3g}x, and {host.name} at {host.fastest:g}x at most: {_PLAYS_ALL}; "
+            f"or find a slower warp (--speed 1/4..{host.fastest:g})"
+        )
     least = float(warp.input_times.min())
     if not host.before_clip and least < -_ROUNDING:
         knot = int(np.argmin(warp.input_times))

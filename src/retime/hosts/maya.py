@@ -6,8 +6,8 @@ frames count from 1 by custom. Tangents are linear (``tan 2``). The scene's warp
 that connects the curve to each animation curve's own input. A scene can't do that for curves of another scene.
 
 Read are curves with linear, flat and fixed tangents, the last two drawn by lines to within the tolerance: handles are
-a third of the tangent away from the key, and without weights a tangent is a slope. What Maya computes itself (spline,
-auto, clamped, plateau) is not in the file.
+a third of the tangent away from the key, in seconds, and without weights a tangent is a slope. What Maya computes
+itself (spline, auto, clamped, plateau) is not in the file.
 
 Source: Maya Tech Docs, nodes ``animCurve``, ``animCurveTT`` and ``time``
 (https://help.autodesk.com/cloudhelp/2015/CHS/Maya-Tech-Docs/Nodes/animCurve.html,
@@ -57,8 +57,8 @@ _UNITS = {
         )
     },
 }
-_LINEAR, _FIXED, _FLAT, _STEPS = 2, 1, 3, (5, 17)
-_TYPES = {6: "slow", 7: "fast", 9: "spline", 10: "clamped", 16: "plateau", 18: "auto"}
+_LINEAR, _FIXED, _FLAT, _STEPS, _UNSAID = 2, 1, 3, (5, 17), -1
+_TYPES = {_UNSAID: "not said in the file", 6: "slow", 7: "fast", 9: "spline", 10: "clamped", 16: "plateau", 18: "auto"}
 _ITEM = re.compile(r"[A-Za-z_:|][\w:|]*", re.ASCII)
 _KEYS_A_LINE = 100
 # A comment, a text in quotes (or one that never ends), the end of a statement, a word.
@@ -273,7 +273,7 @@ def _warp(node: _Node, shot: Shot) -> Warp:
             stacklevel=2,
         )
     weighted = bool(node.at("wgt", 0, 1.0))
-    usual = node.at("tan", 0, float(_LINEAR))
+    usual = node.at("tan", 0, _UNSAID)
     out_times, in_times, curved = [times[:1]], [values[:1]], False
     for key in range(len(times) - 1):
         width, rise = times[key + 1] - times[key], values[key + 1] - values[key]

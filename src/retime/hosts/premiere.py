@@ -4,6 +4,8 @@
 that they count. Without Bezier handles the curve FCPCurve is a line between keys. Frames of both count from the clip's
 own beginning, 0, at the rate, which is a whole ``timebase`` and, for 1000/1001 of it, ``ntsc`` TRUE.
 
+Time Remapping goes no faster than 1000 % (http://www.dvpa.com/public/483.cfm, of CS3; a newer word was not found).
+
 Source: Apple, Final Cut Pro XML Interchange Format, "Speed XML" and the Elements Catalog
 (https://developer.apple.com/library/archive/documentation/AppleApplications/Reference/FinalCutPro_XML/Topics/Topics.html).
 Which flags of keys Premiere asks for is nowhere written: the first and the last have those that its own files have.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Protocol, cast
@@ -58,6 +59,8 @@ class Host:
         It gets a value for each frame, so there is nothing to simplify.
     holds, backward : bool
         Whether it can.
+    fastest : float
+        The largest speed that it has, forward or backward.
     before_clip : bool
         Whether it knows times before the first frame of the clip.
     begins_late : bool
@@ -82,6 +85,7 @@ class Host:
     every_frame: bool = False
     holds: bool = True
     backward: bool = True
+    fastest: float = math.inf
     before_clip: bool = True
     begins_late: bool = True
     takes_item: str = ""
@@ -140,6 +144,7 @@ HOSTS = (
         "Premiere Pro, a clip with Time Remapping (Final Cut Pro 7 XML)",
         (".xml",),
         whole_frames=True,
+        fastest=10.0,
         before_clip=False,
         takes_item="the clip's file",
     ),
