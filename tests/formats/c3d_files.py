@@ -200,7 +200,7 @@ def drawn(seed: int, machine: int | None = None, real: bool | None = None) -> Ca
         scales=rng.uniform(0.1, 2.0, n_channels).astype(np.float32).tolist(),
         unsigned=unsigned,
         events=events,
-        header_events=[(time, "EV") for time, _, _ in events[:3]],
+        header_events=[(time - (first - 1) / rate, "EV") for time, _, _ in events[:3]],
         trial=bool(rng.random() < 0.7),
         zero=(1, min(3, n_frames)) if rng.random() < 0.5 else None,
     )

@@ -142,7 +142,7 @@ def test_only_what_must_changes_before_the_frames(form: tuple[int, bool]) -> Non
         points=np.ones((40, 2, 4)),
         analog=np.ones((80, 1)),
         events=[(0.25, "Foot Strike", "Left"), (0.3, "Foot Off", "Right")],
-        header_events=[(0.25, "LFS")],
+        header_events=[(0.15, "LFS")],
         zero=(1, 5),
     )
     old = capture.build()
@@ -163,7 +163,18 @@ def test_only_what_must_changes_before_the_frames(form: tuple[int, bool]) -> Non
     values = file.values("FORCE_PLATFORM:ZERO")
     assert values is not None
     assert values.tolist() == [1, 9]
-    assert file.numbers.real(new, 304) == pytest.approx(0.4)
+    # That of the header counts from the first frame.
+    assert file.numbers.real(new, 304) == pytest.approx(0.3)
+
+
+def test_events_of_the_header_and_parameters_that_are_no_numbers() -> None:
+    capture = Capture(points=np.ones((40, 1, 4)), first=11, rate=10.0, header_events=[(0.5, "LFS"), (1.0, "LTO")])
+    assert c3d.facts(PATH, capture.build(), PLAIN)["events"] == "2: LFS 1.500 s, LTO 2.000 s"
+    # One that both places have is one event.
+    capture.events = [(1.5, "Foot Strike", "Left")]
+    assert c3d.facts(PATH, capture.build(), PLAIN)["events"] == "2: Left Foot Strike 1.500 s, LTO 2.000 s"
+    capture.more = {"FORCE_PLATFORM": [("ZERO", -1, [2], b"no")]}
+    assert quiet_read(retimed(capture.build(), Warp([0.0, 1.0], [0.0, 3.9]))).n_frames == 11
 
 
 def test_minutes_stay_minutes() -> None:
@@ -248,6 +259,7 @@ def test_part_of_a_take_keeps_its_numbers() -> None:
         points=points,
         analog=analog,
         events=[(2.2, "Foot Strike", "Left"), (0.1, "Foot Off", "Left")],
+        header_events=[(1.8, "LFS")],
     )
     # Frames 15 to 24: the first one is 1.4 s after frame 1.
     new = retimed(capture.build(), Warp([0.0, 1.8], [0.0, 0.9]), frames=(15, 24), average=False)
@@ -257,6 +269,7 @@ def test_part_of_a_take_keeps_its_numbers() -> None:
     # The last frame's second sample follows the last frame, as fast as the take.
     np.testing.assert_allclose(channel.values[:, 0] * 2, [*(20 + np.arange(37) / 2), 39.0], atol=1e-4)
     assert c3d.facts(PATH, new, PLAIN)["events"] == "2: Left Foot Off 0.100 s, Left Foot Strike 3.000 s"
+    assert c3d.parse_c3d(PATH, new, PLAIN).numbers.real(new, 304) == pytest.approx(1.6)
     with pytest.raises(FormatError, match="frames 15 to 60 are not among 5 to 54"):
         retimed(capture.build(), Warp([0.0, 1.8], [0.0, 0.9]), frames=(15, 60))
 

@@ -191,10 +191,13 @@ class C3dFile:
         for place, (minutes, seconds) in enumerate(times):
             said = [texts[place] for texts in (contexts, labels) if place < len(texts) and texts[place]]
             found.append((60 * minutes + seconds, " ".join(said) or "event"))
-        if not found:
-            for place in range(self.header_events):
-                at = _AT_EVENT_LABELS + 4 * place
-                time = self.numbers.real(self.data, AT_EVENT_TIMES + 4 * place)
+        known = [time for time, _ in found]
+        for place in range(self.header_events):
+            at = _AT_EVENT_LABELS + 4 * place
+            # The header counts from the first frame that is there, whatever its number.
+            time = self.numbers.real(self.data, AT_EVENT_TIMES + 4 * place) + (self.first - 1) / float(self.rate)
+            # Many files have an event in both places.
+            if all(abs(time - other) > 0.5 / float(self.rate) for other in known):
                 found.append((time, _text(self.data[at : at + 4]) or "event"))
         return sorted((time, label) for time, label in found if math.isfinite(time))
 

@@ -90,6 +90,7 @@ def retime_frames(
     head = bytearray(data[: file.data_start])
     _count(file, head, first, len(new.points))
     _move_events(file, head, warp, (first - 1) / float(file.rate))
+    _move_header_events(file, head, warp, start / float(file.rate))
     _move_zero(file, head, warp, first)
     if options.rate is not None:
         _say_rate(file, head)
@@ -204,18 +205,24 @@ def _move_events(file: C3dFile, head: bytearray, warp: Warp, start: float) -> No
         minutes = np.where(pairs[moved, 0] != 0, np.floor(new / 60), 0.0)
         pairs[moved] = np.column_stack([minutes, new - 60 * minutes])
         _put(file, head, one, values)
+
+
+def _move_header_events(file: C3dFile, head: bytearray, warp: Warp, start: float) -> None:
+    """Do so with the header's events, whose times count from the first frame that is there, before and after.
+
+    `start` is how much later the first frame is that is meant, seconds.
+    """
     size = 4 * file.header_events
     if size:
         times = file.numbers.reals(file.data[AT_EVENT_TIMES : AT_EVENT_TIMES + size])
         finite = np.isfinite(times)
-        times[finite] = start + output_moments(warp, times[finite] - start)
+        times[finite] = output_moments(warp, times[finite] - start)
         head[AT_EVENT_TIMES : AT_EVENT_TIMES + size] = file.numbers.pack_reals(times)
 
 
 def _move_zero(file: C3dFile, head: bytearray, warp: Warp, first: int) -> None:
     """Let force plates be zeroed over the same part of the take: two numbers of frames, the first being 1."""
-    one = file.parameters.get("FORCE_PLATFORM:ZERO")
-    values = None if one is None else file.values_of(one)
+    one, values = file.parameters.get("FORCE_PLATFORM:ZERO"), file.values("FORCE_PLATFORM:ZERO")
     if one is None or values is None or len(values) != 2 or not (values > 0).all() or one.kind == 1:
         return
     rate, n_frames = float(file.rate), warp.count_frames(file.rate)
