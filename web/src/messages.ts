@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 5;
+export const VERSION = 6;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
@@ -357,6 +357,7 @@ export interface Clip {
   readonly parents: readonly number[];
   readonly positions: Float32Array;
   readonly values: Float64Array;
+  readonly kinds: readonly string[];
   readonly flights: Float64Array;
   readonly feet: readonly string[];
   readonly contacts: Float64Array;

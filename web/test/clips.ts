@@ -22,6 +22,7 @@ export function clipOf(change: Partial<Clip>): Clip {
     parents: [],
     positions: new Float32Array(),
     values: new Float64Array(),
+    kinds: [],
     flights: new Float64Array(),
     feet: [],
     contacts: new Float64Array(),

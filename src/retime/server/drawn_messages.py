@@ -7,6 +7,7 @@ import numpy as np
 from retime.errors import OptionError
 from retime.evaluate.metrics.flights import flight_spans
 from retime.motion.any_motion import AnyMotion
+from retime.motion.body import body_of
 from retime.motion.contacts import contacts
 from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import global_poses, metres_per_unit
@@ -46,7 +47,8 @@ def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> 
         return tuple(name if name in other.names else "" for name in wanted)
     if isinstance(clip, Signal) or isinstance(other, Signal):
         return ()
-    own, names = clip.skeleton.names, other.skeleton.names
+    # As the search matches them: nodes above the body are none of its joints.
+    own, names = body_of(clip).skeleton.names, body_of(other).skeleton.names
     try:
         # A joint map may name joints of the group's other clips; only this clip's count here.
         match = match_joints(own, names, {name: to for name, to in reference.joint_map.items() if name in own})
@@ -58,17 +60,19 @@ def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> 
 
 
 def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, counterparts: tuple[str, ...]) -> Clip:
-    names, parents = clip_nodes(clip)
+    # Of a figure its body is shown: nodes above it, and what else hangs on those, are no part of it.
+    shown = body_of(clip) if isinstance(clip, Motion) else clip
+    names, parents = clip_nodes(shown)
     positions, values = np.zeros((0, 0, 3)), np.zeros((0, 0))
     feet: tuple[str, ...] = ()
     stands: list[tuple[float, float, float]] = []
-    if isinstance(clip, Motion):
-        poses = global_poses(clip)
+    if isinstance(shown, Motion):
+        poses = global_poses(shown)
         positions = np.concatenate([poses.positions, poses.end_positions], axis=1)
-        positions *= metres_per_unit(clip)
-        feet, stands = _contacts(clip)
+        positions *= metres_per_unit(shown)
+        feet, stands = _contacts(shown)
     else:
-        values = clip.values
+        values = shown.values
     return Clip(
         what="reference" if what == "reference" else "clip",
         index=index,
@@ -85,6 +89,7 @@ def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, 
         parents=parents,
         positions=positions.astype(np.float32),
         values=values,
+        kinds=tuple(str(kind) for kind in clip.kinds) if isinstance(clip, Signal) else (),
         flights=np.array(flight_spans(clip), dtype=np.float64).reshape(-1, 2),
         feet=feet,
         contacts=np.array(stands, dtype=np.float64).reshape(-1, 3),

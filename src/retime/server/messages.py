@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 5
+VERSION = 6
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -441,6 +441,8 @@ class Clip:
         Metres (where the file says no unit, as for a person of 1.7 m), Y up; empty for a signal.
     values : float64 array, shape (n_frames, number of channels)
         The channels of a signal; empty for a motion.
+    kinds : list of str
+        What each channel of a signal holds, as `retime.motion.channels.ChannelKind` writes it.
     flights : float64 array, shape (n, 2)
         Beginning and end of each flight that was found, seconds.
     feet : list of str
@@ -467,6 +469,7 @@ class Clip:
     parents: tuple[int, ...]
     positions: Float32s
     values: Float64s
+    kinds: tuple[str, ...]
     flights: Float64s
     feet: tuple[str, ...]
     contacts: Float64s

@@ -78,6 +78,7 @@ export class SignalView {
     for (let row = first; row < last; row++) {
       const channel = channels[row] as number;
       const [low, high] = range(clip, channel);
+      const turn = fullTurn(clip.kinds[channel] ?? "");
       const y = row * rowHeight - this.view.scrollTop;
       pen.fillStyle = palette.muted;
       pen.textBaseline = "middle";
@@ -90,15 +91,19 @@ export class SignalView {
         const end = outputEnd(warp);
         const pixels = Math.max(2, Math.round(((end - start) / longest) * columnWidth));
         let drawing = false;
+        let last = 0;
         for (let i = 0; i <= pixels; i++) {
           const value = valueAt(clip, channel, inputAt(warp, start + ((end - start) * i) / pixels));
           const px = left + ((start + ((end - start) * i) / pixels) / longest) * columnWidth;
           const py = y + 5 + (rowHeight - 10) * (1 - (value - low) / (high - low));
           // A hole is drawn as one: the line ends before it, and begins again.
           const there = !Number.isNaN(value);
-          if (there && drawing) pen.lineTo(px, py);
+          // So does that of an angle where it passes from one end of its range to the other: nothing turns there.
+          const passes = turn > 0 && Math.abs(value - last) > turn / 2;
+          if (there && drawing && !passes) pen.lineTo(px, py);
           else if (there) pen.moveTo(px, py);
           drawing = there;
+          last = value;
         }
         pen.stroke();
       };
@@ -118,13 +123,26 @@ export class SignalView {
   }
 }
 
-function valueAt(clip: Clip, channel: number, time: number): number {
+/** What a full turn is in a channel of a kind; 0 where it is no angle. */
+export function fullTurn(kind: string): number {
+  return kind.startsWith("angle") ? (kind === "angle:rad" ? 2 * Math.PI : 360) : 0;
+}
+
+/** What a channel shows at an input time: angles turn the short way, labels and events are those of the nearest frame. */
+export function valueAt(clip: Clip, channel: number, time: number): number {
   const n = clip.names.length;
   const place = clamp(time * clip.rate, 0, clip.n_frames - 1);
   const before = Math.floor(place);
   const a = at(clip.values, before * n + channel);
   const b = at(clip.values, Math.min(before + 1, clip.n_frames - 1) * n + channel);
-  return a + (place - before) * (b - a);
+  const kind = clip.kinds[channel] ?? "";
+  if (/^(label|event)/.test(kind)) return place - before < 0.5 ? a : b;
+  const turn = fullTurn(kind);
+  if (turn === 0) return a + (place - before) * (b - a);
+  const step = b - a - turn * Math.round((b - a) / turn);
+  const value = a + (place - before) * step;
+  // In the range of the nearer one: beyond the end of it the other end goes on.
+  return place - before < 0.5 ? value : value + turn * Math.round((b - value) / turn);
 }
 
 function range(clip: Clip, channel: number): [number, number] {

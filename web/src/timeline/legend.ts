@@ -14,6 +14,7 @@ const METHODS: Record<Document["method"], string> = {
 
 export class Legend {
   private readonly method = make("span");
+  private readonly flight = swatch("reference", "wide", "In the air");
   private readonly example = [swatch("key", "dotted", "Example"), swatch("muted", "hatched", "Example is silent")];
   readonly root = make(
     "div",
@@ -21,16 +22,18 @@ export class Legend {
     swatch("output", "", this.method),
     swatch("spline", "dotted", "Spline"),
     swatch("muted", "dashed", "Linear"),
-    swatch("reference", "wide", "In the air"),
+    this.flight,
     ...this.example,
   );
 
-  update({ map }: Layout, { document }: Store): void {
+  update({ map }: Layout, { document, clips }: Store): void {
     this.root.style.left = `${map.x + 8}px`;
     this.root.style.top = `${map.y + 5}px`;
     const propagated = document?.example != null;
     setText(this.method, propagated ? "Propagated" : METHODS[document?.method ?? "guided"]);
     for (const one of this.example) one.hidden = !propagated;
+    // Only figures fly.
+    this.flight.hidden = !clips.some((clip) => clip.holds === "motion");
   }
 }
 
