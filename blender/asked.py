@@ -13,7 +13,8 @@ from typing import Any, Literal
 from retime.brief import brief_repr
 from retime.errors import OptionError, RetimeWarning
 from retime.motion.any_motion import AnyMotion
-from retime.motion.grammar import parse_speed, parse_speeds
+from retime.motion.grammar import parse_length, parse_speed, parse_speeds
+from retime.motion.rate import parse_rate
 from retime.progress import watching
 from retime.search import options
 from retime.search.align import align
@@ -137,7 +138,26 @@ def answer(asked: Asked, tell: Callable[[float], None] | None = None) -> Answer:
     return Answer(Timing.of_seconds(found.warp, asked.start, asked.rate), found, said)
 
 
+def _check_typed(asked: Asked) -> None:
+    """Refuse what is no length, rate or speed, and say in which field it was typed."""
+    first = asked.clips[0]
+    readers: dict[str, Callable[[str], object]] = {
+        "length": lambda text: parse_length(text, first.n_frames, first.rate),
+        "rate": parse_rate,
+        "speeds": parse_speeds,
+    }
+    for name, value in asked.given.items():
+        reader = readers.get(options.BY_NAME[name].kind)
+        if reader is None or (name, value) == ("length", "free"):
+            continue
+        try:
+            reader(value)
+        except OptionError as error:
+            raise OptionError(str(error), option=name) from None
+
+
 def _search(asked: Asked) -> GuidedWarp:
+    _check_typed(asked)
     clips = asked.clips[0] if len(asked.clips) == 1 else list(asked.clips)
     keys = [_key(asked, i) for i in range(len(asked.keys))]
     locks = [_lock(asked, i) for i in range(len(asked.locks))]

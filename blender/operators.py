@@ -290,7 +290,7 @@ class RETIME_OT_add_lock(_Plain, bpy.types.Operator):
 
 
 class RETIME_OT_remove_lock(_Plain, bpy.types.Operator):
-    """Remove this lock."""
+    """Remove this lock: the stretch may play at any speed again."""
 
     bl_idname = "retime.remove_lock"
     bl_label = "Remove Lock"

@@ -214,6 +214,9 @@ class RetimeSettings(bpy.types.PropertyGroup):
         found: dict[str, Any] = {}
         for option in options.OPTIONS:
             value = getattr(self, f"search_{option.name}")
+            if isinstance(value, float):
+                # Blender holds it in single precision: what was typed is meant.
+                value = float(f"{value:.6g}")
             if has_switch(option):
                 if getattr(self, f"{GIVEN}{option.name}"):
                     found[option.name] = value

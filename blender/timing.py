@@ -50,8 +50,9 @@ class Timing:
 
     @classmethod
     def of_seconds(cls, warp: Warp, start: float, rate: float) -> Timing:
-        """Take a warp in seconds, from the first frame of the range at `start`."""
-        return cls(Warp(start + warp.output_times * rate, start + warp.input_times * rate), rate)
+        """Take a warp in seconds, from the first frame of the range at `start`; its keytimes stay what they are."""
+        keys = [(start + key.input_time * rate, start + key.output_time * rate) for key in warp.keytimes]
+        return cls(Warp(start + warp.output_times * rate, start + warp.input_times * rate, keys), rate)
 
     @property
     def start(self) -> float:

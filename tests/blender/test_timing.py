@@ -41,6 +41,14 @@ def test_seconds_become_frames_and_seconds_again(rate):
     np.testing.assert_allclose(timing.in_seconds().output_times, warp.output_times, atol=1e-12)
 
 
+def test_with_fewer_knots_keytimes_are_met_as_before():
+    times = np.linspace(0, 4, 97)
+    warp = Warp(times, times + 0.001 * np.sin(9 * times), [(1.0 + 0.001 * np.sin(9.0), 1.0)])
+    timing = Timing.of_seconds(warp, 1.0, 24.0).simplified(0.2)
+    assert len(timing.warp.output_times) == 3
+    assert float(timing.warp(25.0)) == pytest.approx(1 + 24 * float(warp(1.0)), abs=1e-9)
+
+
 def test_whole_frames_of_a_range_that_ends_between_two():
     assert Timing(Warp([1.0, 3.5], [1.0, 9.0]), 24.0).frames().tolist() == [1.0, 2.0, 3.0]
     # Rounding must not lose the last one.
