@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from retime.errors import FormatError, RetimeWarning
-from retime.media import apply
+from retime.media import apply, process
 from retime.media.kinds import refuse_references
 from retime.warp.curve import Warp
 from tests.media import clips
@@ -108,7 +108,7 @@ def test_once_begun_the_process_can_open_nothing(tmp_path) -> None:
         _load_everything()
         _lock_up(0)
         try:
-            open("/etc/hostname")
+            open("/dev/null")
         except OSError as error:
             print(error.errno)
         """
@@ -179,8 +179,8 @@ def test_damaged_files_end_in_an_error_or_an_output(tmp_path, seed) -> None:
 def test_a_death_and_a_hang_end_as_errors(tmp_path, monkeypatch, ending) -> None:
     clip = clips.write_clip(tmp_path / "a.mkv", 5)
     body = {"dies": "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "hangs": "import time; time.sleep(1000)"}
-    monkeypatch.setattr(apply, "_COMMAND", body[ending])
-    monkeypatch.setattr(apply, "MOST_STILL", 1.0)
+    monkeypatch.setattr(process, "_COMMAND", body[ending])
+    monkeypatch.setattr(process, "MOST_STILL", 1.0)
     begun = time.monotonic()
     with pytest.raises(FormatError, match={"dies": "damaged file.*-11", "hangs": "nothing came of it"}[ending]):
         apply.retime_media(clip, tmp_path / "o.mkv", WARP)
@@ -204,14 +204,14 @@ def test_ctrl_c_leaves_nothing(tmp_path) -> None:
         "--between",
         "flow",
     ]
-    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL, start_new_session=True)
+    running = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL, start_new_session=True)
     deadline = time.monotonic() + 60
     while not any(path.stat().st_size for path in tmp_path.glob(".retime*")):
-        assert process.poll() is None
+        assert running.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.05)
-    os.killpg(process.pid, signal.SIGINT)
-    assert process.wait(timeout=20) == 130
+    os.killpg(running.pid, signal.SIGINT)
+    assert running.wait(timeout=20) == 130
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mkv", "w.json"]
 
 

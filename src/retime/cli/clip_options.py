@@ -116,10 +116,17 @@ class ClipOptions:
         One that stands `beside` another needn't have the channels that kinds were given for, nor the joint of `root`.
         """
         from retime.formats.registry import read_with, refuse_unfit
+        from retime.media.kinds import is_media
         from retime.motion.first_frames import hint_at_first_frames
 
         options = self.read_options()
-        clip = read_with(path, options, up=self.up, root=self.root)
+        if is_media(path):
+            from retime.media.features import video_signal
+
+            # What moves in it stands for it.
+            clip: AnyMotion = video_signal(path, fps=self.fps)
+        else:
+            clip = read_with(path, options, up=self.up, root=self.root)
         if not (beside or self.is_reference):
             refuse_unfit(clip, options.channels, self.root)
         if not clip.name:

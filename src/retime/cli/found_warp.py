@@ -28,7 +28,7 @@ class FoundWarp:
         How it was read.
     clip : Motion or Signal
         The input.
-    others : list of (Motion or Signal, Path)
+    others : list of (Motion, Signal or None, Path)
         Clips that get the same warp, and their places.
     method : str
         "guided", "align", "linear" or "spline".
@@ -41,7 +41,7 @@ class FoundWarp:
     path: Path
     clip_options: ClipOptions
     clip: AnyMotion
-    others: list[tuple[AnyMotion, Path]]
+    others: list[tuple[AnyMotion | None, Path]]
     method: str
     warp: Warp
     search: GuidedWarp | None
@@ -88,7 +88,13 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
                 slip = slip_facts(found.clip, found.warp, result, feet)
         del result
     for one, (clip, _) in zip(outputs.also, found.others, strict=True):
-        writing.write(one.clip, found.clip_options, clip, found.warp, one.output, stages)
+        if clip is None:
+            offset = 0.0 if one.offset is None else one.sign * float(one.offset.at(found.clip.rate))
+            # The warp's time 0 is the first frame that was looked at.
+            offset -= found.clip.first_frame / float(found.clip.rate)
+            writing.write_media(one.clip, found.warp, one.output, stages, fps=None, offset=offset)
+        else:
+            writing.write(one.clip, found.clip_options, clip, found.warp, one.output, stages)
     if outputs.explain is not None and found.search is not None:
         with stages.stage("write", "writing"):
             write_bytes(outputs.explain, found.search.explain().to_csv().encode(), overwrite=outputs.force)

@@ -13,7 +13,7 @@ from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up,
 from retime.cli.found_warp import FoundWarp, deliver
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_options import OutputOptions, output_options
-from retime.cli.search_options import search_options
+from retime.cli.search_options import for_footage, search_options
 from retime.cli.terminal import Stages
 from retime.cli.wish_options import WISHES_BESIDE, WishOptions, wish_options
 from retime.errors import OptionError
@@ -140,6 +140,7 @@ def command(
     hint_at_up(motion, clip_options.up)
     with stages.stage("search", "searching"):
         options = search_arguments(search, motion.rate) | wishes.arguments(motion.rate, search.get("features"))
+        options = for_footage(clip, options)
         times = [key.at(motion.rate) for key in keys]
         other = None if example_clip is None else there
         result = imitate(motion, stretch, timing, example_clip=other, keys=times, **options)

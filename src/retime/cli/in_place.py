@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,7 +61,13 @@ class Writing:
         `feet` are its contacts, where they are known.
         """
         from retime.formats.registry import stays_in_place, write
+        from retime.media.kinds import is_media
 
+        if is_media(source):
+            # Of footage that was looked at frames may have been left out; of that beside another clip none was.
+            begun = 0.0 if clip is None else clip.first_frame / float(clip.rate)
+            self.write_media(source, warp, place, stages, fps=options.fps, offset=-begun)
+            return None
         known = stays_in_place(source, place, arrays=options.array)
         if self.layer is not None and not (known is not None and known.layers):
             raise OptionError(
@@ -85,6 +92,22 @@ class Writing:
         with stages.stage("write", "writing"):
             write(result, place, overwrite=self.force)
         return result
+
+    def write_media(
+        self, source: Path, warp: Warp, place: Path, stages: Stages, *, fps: Fraction | None, offset: float
+    ) -> None:
+        """Give a video, pictures or sound a warp; they begin at `offset` seconds of its input time."""
+        from retime.media.apply import retime_media
+        from retime.media.options import MediaOptions
+        from retime.progress import watching
+
+        if self.held > 1:
+            raise OptionError(
+                f"--on-twos and --on hold poses, and {source} has none; apply takes --output-rate for less"
+            )
+        options = MediaOptions(shutter=None if self.average else 0.0, fps=fps, offset=offset)
+        with stages.stage("apply", f"retiming {source.name}"), watching(stages.tell):
+            retime_media(source, place, warp, options, overwrite=self.force)
 
     def _write_frames(
         self, source: Path, options: ClipOptions, clip: AnyMotion | None, warp: Warp, place: Path
@@ -141,5 +164,8 @@ class Writing:
 def keeps_curves(source: Path, place: Path) -> bool:
     """Tell whether a file's curves are cut: its animation is curves, and the output is a file of its kind."""
     from retime.formats.registry import format_of, stays_in_place
+    from retime.media.kinds import is_media
 
+    if is_media(source):
+        return False
     return format_of(source).curves and stays_in_place(source, place) is not None

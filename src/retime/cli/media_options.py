@@ -13,9 +13,9 @@ import click
 
 from retime.cli.clip_options import ClipOptions, parsed
 from retime.cli.help_sections import Option
-from retime.cli.output_checks import check_outputs
+from retime.cli.output_checks import check_format, check_outputs
 from retime.cli.terminal import Stages, say
-from retime.errors import FormatError, OptionError
+from retime.errors import OptionError
 from retime.motion.grammar import parse_number, read_time
 from retime.motion.rate import parse_rate
 
@@ -173,10 +173,9 @@ class MediaChoices:
 
 def check_media_place(clip: Path, place: Path, *, others: list[Path], force: bool) -> None:
     """Refuse, before anything is read, a place that video or sound can't be written to."""
-    from retime.media.kinds import is_media, is_sequence
+    from retime.media.kinds import is_sequence
 
-    if not is_media(place):
-        raise FormatError(f"{clip} is video, pictures or sound, and {place.suffix or 'no ending'} is not", path=place)
+    check_format(place, like=clip)
     # Numbered pictures are looked at when their numbers are known.
     checked = place.with_name("pictures") if is_sequence(place) else place
     check_outputs({f"the output for {clip}": checked}, inputs=others, force=force or is_sequence(place))

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from retime.errors import MissingExtraError, OptionError, OutputExistsError
+from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
 from retime.evaluate.plot.style import PLOT_SUFFIXES
 
 
@@ -62,7 +62,12 @@ def check_format(place: Path, *, like: Path, arrays: Sequence[str] = ()) -> None
     """Refuse a place whose format can't hold what another file, or these arrays of it, hold; raise FormatError."""
     from retime.formats.compressed import refuse_compressed
     from retime.formats.registry import stays_in_place
+    from retime.media.kinds import is_media
 
+    if is_media(like):
+        if not is_media(place):
+            raise FormatError(f"{like} is video, pictures or sound, and {place.suffix or place} is not", path=place)
+        return
     if stays_in_place(like, place, arrays=arrays) is not None:
         refuse_compressed(place)
         return

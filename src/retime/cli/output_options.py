@@ -196,16 +196,25 @@ class OutputOptions:
 
     def read_others(
         self, clip: AnyMotion, clip_options: ClipOptions, *, searched: bool = False
-    ) -> list[tuple[AnyMotion, Path]]:
+    ) -> list[tuple[AnyMotion | None, Path]]:
         """Read the clips that get the same warp, on the clock of the first one; beside each stands its output.
+
+        Video and sound are None: they are not read.
 
         Of clips that are searched together the search itself says whose clock begins elsewhere.
         """
         from retime.formats.registry import stays_in_place
+        from retime.media.kinds import is_media
         from retime.motion.group_clock import hint_at_clocks, on_clock_of
 
-        found = []
+        found: list[tuple[AnyMotion | None, Path]] = []
         for one in self.also:
+            if is_media(one.clip):
+                if searched:
+                    raise OptionError(f"--group searches clips of motion together, and {one.clip} is video or sound")
+                # Footage of the same moments needs not be looked at.
+                found.append((None, one.output))
+                continue
             if one.offset is not None and stays_in_place(one.clip, one.output, arrays=clip_options.array):
                 raise OptionError(
                     f"{one.clip} has an offset, and {one.output} would be that file retimed in place, which begins "
@@ -216,7 +225,7 @@ class OutputOptions:
                 other = on_clock_of(other, clip, one.sign * float(one.offset.at(clip.rate)))
             found.append((other, one.output))
         if not searched:
-            hint_at_clocks([clip, *(other for other, _ in found)])
+            hint_at_clocks([clip, *(other for other, _ in found if other is not None)])
         return found
 
     @property

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import click
@@ -84,3 +86,17 @@ def text_of(read: Callable[[str], Any]) -> Callable[[str], str]:
 def flags_of(names: Iterable[str]) -> list[str]:
     """Return what options are called on the command line, for messages."""
     return [BY_NAME[name].on_command_line for name in names]
+
+
+def for_footage(path: Path, options: dict[str, Any]) -> dict[str, Any]:
+    """Have the channels of a video compared as they are: how they compare is settled when they are found."""
+    from retime.media.kinds import is_media
+
+    if not is_media(path):
+        return options
+    from retime.search.poses.spaces import PoseOptions
+
+    features = options.get("features")
+    if not isinstance(features, PoseOptions):
+        features = PoseOptions(space=features)
+    return options | {"features": replace(features, scale_signals=False)}

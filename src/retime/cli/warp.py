@@ -14,7 +14,7 @@ from retime.cli.found_warp import FoundWarp, deliver
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.in_place import keeps_curves
 from retime.cli.output_options import OutputOptions, output_options
-from retime.cli.search_options import flags_of, search_options
+from retime.cli.search_options import flags_of, for_footage, search_options
 from retime.cli.terminal import Stages, say_table
 from retime.cli.variants import LENGTHS, VariantOptions, read_count, read_lengths, read_seed
 from retime.cli.wish_options import FLIGHT_OPTIONS, NO_MAP, WISHES_BESIDE, WishOptions, reference_options, wish_options
@@ -300,7 +300,7 @@ def command(**given: Any) -> None:
             deliver(found, outputs, stages, facts)
         return
     with stages.stage("search", "searching"):
-        warp, search = _find(request, [clip, *(other for other, _ in others)], references)
+        warp, search = _find(request, [clip, *(other for other, _ in others if other is not None)], references)
     warp = replace(warp, name=clip.name)
     found = FoundWarp(request.clip, request.clip_options, clip, others, request.method, warp, search)
     deliver(found, request.outputs, stages, {"references": [str(reference) for reference in request.reference]})
@@ -428,4 +428,4 @@ def _options(request: _Request, clip: AnyMotion) -> dict[str, Any]:
     from retime.search.written import search_arguments
 
     search = search_arguments(request.search, clip.rate)
-    return search | request.wishes.arguments(clip.rate, request.search.get("features"))
+    return for_footage(request.clip, search | request.wishes.arguments(clip.rate, request.search.get("features")))

@@ -7,21 +7,23 @@ lines of JSON on its standard output.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import os
+import pkgutil
 import signal
 import sys
+import tempfile
 import threading
 import time
 import traceback
 import warnings
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from retime.errors import FormatError, MissingExtraError, RetimeError, words_of
-
-FAILED = 7
-"""How the process ends where it has said why."""
+from retime.media.process import FAILED
 
 # Bytes that it may have: programs and threads, and, of the media, some hundreds of frames in all.
 MOST_MEMORY = 5 << 30
@@ -124,8 +126,6 @@ def _lock_up(spare: int) -> None:
 
 def _load_everything() -> None:
     """Import what will be used, while files can still be opened."""
-    import tempfile
-
     from retime.media import encoding, mixing, reader, sound_reader, work  # noqa: F401
     from retime.media.extras import needed
 
@@ -133,8 +133,14 @@ def _load_everything() -> None:
     needed("cv2").setNumThreads(1)
     av = needed("av")
     av.logging.set_level(av.logging.PANIC)
-    # Where temporary files go is looked up once.
-    tempfile.gettempdir()
+    # Parts of it are imported when a stream of their kind is met.
+    for module in pkgutil.walk_packages(av.__path__, "av."):
+        if not module.name.endswith("__main__"):
+            with contextlib.suppress(ImportError):
+                importlib.import_module(module.name)
+    # And so does NumPy.
+    for name in ("ma", "random", "fft", "linalg", "polynomial", "lib.stride_tricks"):
+        importlib.import_module(f"numpy.{name}")
 
 
 def _retime(job: dict[str, Any], tell: _Teller) -> None:
@@ -143,7 +149,7 @@ def _retime(job: dict[str, Any], tell: _Teller) -> None:
     from retime.media.extras import needed
     from retime.media.kinds import is_sequence
     from retime.media.options import MediaOptions
-    from retime.media.work import Job, Report, retime_file
+    from retime.media.work import MOST_SOUNDS, Job, Report, retime_file
     from retime.warp.curve import Warp
 
     options = MediaOptions.from_json(job["options"])
@@ -157,15 +163,36 @@ def _retime(job: dict[str, Any], tell: _Teller) -> None:
     source: BinaryIO | None = None
     if not is_sequence(path):
         source = path.open("rb")
-    with Path(job["beside"]).open("r+b") as target:
-        # Numbered pictures are opened one at a time. Sound is decoded onto the disk, a stream a file.
-        _lock_up(2 if source is None else job["n_spooled"])
+    with Path(job["beside"]).open("r+b") as target, contextlib.ExitStack() as stack:
+        # Sound is decoded onto the disk, a stream a file.
+        spools: list[BinaryIO] = [stack.enter_context(tempfile.TemporaryFile()) for _ in range(MOST_SOUNDS)]
+        # Numbered pictures are opened one at a time.
+        _lock_up(2 if source is None else 0)
         warnings.simplefilter("ignore")
-        retime_file(Job(path, Path(job["place"]), Warp.from_json(job["warp"]), options), source, target, Report(tell))
+        made = Job(path, Path(job["place"]), Warp.from_json(job["warp"]), options)
+        retime_file(made, source, target, spools, Report(tell))
         target.flush()
 
 
-_DOES = {"retime": _retime}
+def _features(job: dict[str, Any], tell: _Teller) -> None:
+    """Tell what moves in a video."""
+    _load_everything()
+    from retime.media.features import find_features
+    from retime.media.kinds import is_sequence
+    from retime.media.work import Report
+
+    path = Path(job["path"])
+    fps = None if job["fps"] is None else Fraction(job["fps"])
+    if is_sequence(path):
+        _lock_up(2)
+        find_features(path, None, fps, Report(tell))
+        return
+    with path.open("rb") as source:
+        _lock_up(0)
+        find_features(path, source, fps, Report(tell))
+
+
+_DOES = {"retime": _retime, "features": _features}
 
 if __name__ == "__main__":
     main()

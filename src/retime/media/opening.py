@@ -12,6 +12,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from retime.arrays import BoolArray, IntArray
+from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.limits import MOST_FRAMES
 from retime.media.extras import needed
@@ -130,6 +131,8 @@ class Scanned:
     keys: BoolArray
     counted: bool
     n_bytes: int
+
+    __repr__ = brief_repr
 
 
 def scan(container: Any, stream: Any, path: Path, rate: Fraction | None) -> Scanned:

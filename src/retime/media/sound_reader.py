@@ -1,8 +1,7 @@
-"""The samples of a sound stream at random: decoded once, onto the disk where they are many."""
+"""The samples of a sound stream at random: decoded once, onto the disk."""
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -15,8 +14,7 @@ from retime.media.extras import needed
 from retime.media.opening import SharedFile, open_media
 from retime.media.sound import Samples
 
-# Of samples that are held in memory, and that there may be at all: two days of stereo.
-_SPOOLED = 64 << 20
+# Of samples that there may be: two days of stereo.
 _MOST_BYTES = 64 << 30
 # Stamps are rounded to their clocks; a jump of more seconds than this is a gap.
 _JUMP = 0.03
@@ -35,15 +33,23 @@ class SoundReader:
         Of the stream in its container.
     origin : Fraction, optional
         Seconds of the file's clock that count as 0; left out, the stream's own first sample.
+    spool : file
+        Empty, for the samples.
     beat : function
         Called whenever something was decoded.
     """
 
     def __init__(
-        self, shared: SharedFile, path: Path, index: int, origin: Fraction | None, beat: Callable[[], None]
+        self,
+        shared: SharedFile,
+        path: Path,
+        index: int,
+        origin: Fraction | None,
+        spool: BinaryIO,
+        beat: Callable[[], None],
     ) -> None:
         av = needed("av")
-        self._file: BinaryIO = tempfile.SpooledTemporaryFile(_SPOOLED)  # type: ignore[assignment]  # noqa: SIM115
+        self._file = spool
         with open_media(shared, path) as container:
             stream = container.streams[index]
             if stream.codec_context is None:

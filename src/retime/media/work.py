@@ -37,6 +37,8 @@ from retime.warp.sampling import range_problem
 # Frames that wait for the encoder.
 _AHEAD = 6
 _USUAL_RATE = Fraction(24)
+MOST_SOUNDS = 16
+"""Streams of sound that a file may have."""
 
 
 @dataclass
@@ -157,8 +159,8 @@ class Job:
     options: MediaOptions
 
 
-def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, report: Report) -> None:
-    """Retime one file into another, which is open.
+def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, spools: list[BinaryIO], report: Report) -> None:
+    """Retime one file into another, which is open; `spools` are files for sound.
 
     Raises
     ------
@@ -194,8 +196,11 @@ def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, report: Rep
         heard = [container.streams[index] for index in sounds]
         sound_readers = []
         if job.options.sound != "drop" and not is_sequence(job.place):
+            if len(heard) > len(spools):
+                raise FormatError(f"{len(heard)} streams of sound; {len(spools)} are the most", path=job.path)
             sound_readers = [
-                (stream, SoundReader(shared, job.path, stream.index, origin, report.beat)) for stream in heard
+                (stream, SoundReader(shared, job.path, stream.index, origin, spool, report.beat))
+                for stream, spool in zip(heard, spools, strict=False)
             ]
         for _, sound in sound_readers:
             if sound.damaged:
