@@ -40,8 +40,7 @@ from retime.motion.skeleton import EndSite, Skeleton
 from retime.warp.curve import Warp
 
 NO_MEMORY = "no memory"
-# How long one request may take.
-_LEAST_SECONDS, _BYTES_A_SECOND = 60.0, 1e6
+_BYTES_A_SECOND = 1e6
 _SIGNATURES = {
     ".usda": (b"#usda",),
     ".usdc": (b"PXR-USDC",),
@@ -59,6 +58,8 @@ class Decoder:
     ----------
     limits : Limits
         Of sizes; they bound its memory too.
+    seconds : float
+        How long it may take for anything, and a second more for each megabyte.
 
     Raises
     ------
@@ -66,10 +67,11 @@ class Decoder:
         There is no usd-core.
     """
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, seconds: float = 60.0) -> None:
         if importlib.util.find_spec("pxr") is None:
             raise MissingExtraError("a USD file", package="usd-core", extra="usd")
-        self.limits = limits
+        self.limits, self._seconds = limits, seconds
+        self.is_dead = False
         self._folder = tempfile.TemporaryDirectory(prefix="retime-usd-", ignore_cleanup_errors=True)
         environment = {name: value for name, value in os.environ.items() if not name.startswith(_LEFT_OUT)}
         environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PXR_WORK_THREAD_LIMIT": "1"}
@@ -117,7 +119,7 @@ class Decoder:
         """
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        seconds = _LEAST_SECONDS + sum(map(len, request.files.values())) / _BYTES_A_SECOND
+        seconds = self._seconds + sum(map(len, request.files.values())) / _BYTES_A_SECOND
         late = threading.Event()
 
         def end() -> None:
@@ -136,6 +138,7 @@ class Decoder:
             self._process.kill()
         finally:
             clock.cancel()
+        self.is_dead = answer is None
         if late.is_set():
             raise FormatError(f"a USD file that is not read after {seconds:.0f} s", path=path)
         if answer is None:
@@ -196,9 +199,14 @@ def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
     FormatWarning
         There are several animations, and none was chosen; a layer is missing; something could not be made numbers.
     """
-    _check_signature(path, data)
     with Decoder(options.limits) as decoder:
-        answer = decoder.ask(_request("read", path, data, options), path)
+        return read_by(decoder, path, data, options)
+
+
+def read_by(decoder: Decoder, path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
+    """Do what `read` says by a process that is there."""
+    _check_signature(path, data)
+    answer = decoder.ask(_request("read", path, data, options), path)
     facts = answer.facts
     _warn_of_missing(path, facts)
     others = _texts(facts, "others", path)
@@ -368,14 +376,24 @@ def layer(
 def _changed(
     do: str, path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions, **more: Any
 ) -> dict[str, bytes]:
-    _check_signature(path, data)
     if not isinstance(warps, Warp):
         if len(warps) != 1:
             raise FormatError(f"a USD scene has one clock, and gets one warp; found {len(warps)}", path=path)
         warps = next(iter(warps.values()))
-    request = _request(do, path, data, options, **more)
-    arrays = {"output_times": warps.output_times, "input_times": warps.input_times}
     with Decoder(options.limits) as decoder:
-        answer = decoder.ask(Message(request.facts, arrays, request.files), path)
+        return {"": changed_by(decoder, do, path, data, warps, options, **more)}
+
+
+def changed_by(
+    decoder: Decoder, do: str, path: Path, data: bytes, warp: Warp, options: ReadOptions, **more: Any
+) -> bytes:
+    """Make a new file by a process that is there: do is "retime" or "layer", with what `usd_child` wants of it."""
+    _check_signature(path, data)
+    request = _request(do, path, data, options, **more)
+    arrays = {"output_times": warp.output_times, "input_times": warp.input_times}
+    answer = decoder.ask(Message(request.facts, arrays, request.files), path)
     _warn_of_missing(path, answer.facts)
-    return {"": answer.files[""]}
+    made = answer.files.get("")
+    if made is None:
+        raise FormatError("a damaged USD file: its reader gave no answer that makes sense", path=path)
+    return made

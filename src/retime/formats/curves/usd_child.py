@@ -66,6 +66,8 @@ def answered(asked: Message, work: Path, limits: Limits) -> Message:
         return Message({"error": str(error)})
     except Tf.ErrorException as error:
         return Message({"error": words_of(error)})
+    except UnicodeDecodeError:
+        return Message({"error": "USD can't read it: it holds text that is not UTF-8"})
     except (MemoryError, OSError) as error:
         return Message({"error": NO_MEMORY if isinstance(error, MemoryError) else f"USD can't read it: {error}"})
     except RuntimeError as error:

@@ -46,7 +46,9 @@ def unpacked(data: bytes, limits: Limits) -> dict[str, bytes]:
                 if one.compress_type != zipfile.ZIP_STORED or one.file_size != one.compress_size:
                     raise FormatError(f"{name[:100]} is compressed, which no usdz package may be")
                 files[name] = archive.read(one)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, struct.error, UnicodeDecodeError) as error:
+    except FormatError:
+        raise
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, struct.error, ValueError) as error:
         raise FormatError(f"expected a usdz package (a zip file): {str(error)[:200]}") from None
     root = next(iter(files))
     if Path(root).suffix.lower() not in _LAYERS:

@@ -128,7 +128,12 @@ def open_scene(name: str, data: bytes, folder: Path | None, work: Path, outside:
 
 def words_of(error: BaseException) -> str:
     """Say what pxr found wrong, in one line and without its source's places."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    try:
+        told = str(error)
+    except UnicodeDecodeError:
+        # It quotes the file, whose text is none.
+        return "USD can't read it: it holds text that is not UTF-8"
+    lines = [line.strip() for line in told.splitlines() if line.strip()]
     text = lines[0] if lines else type(error).__name__
     _, colon, said = text.partition(".cpp : ")
     if not colon:
