@@ -136,7 +136,7 @@ def test_a_held_scene_and_held_types_step_where_the_warp_says(tmp_path: Path) ->
 
 @pytest.mark.parametrize("average", [True, False])
 def test_baked_frames_are_those_of_the_motion_retimed(tmp_path: Path, average: bool) -> None:
-    scene = DrawnScene(4)
+    scene = DrawnScene(5 if average else 4)
     path, place = tmp_path / "a.usda", tmp_path / "b.usda"
     path.write_text(scene.text())
     clip = retime.read(path, rate=40)
@@ -148,12 +148,24 @@ def test_baked_frames_are_those_of_the_motion_retimed(tmp_path: Path, average: b
     found = retime.read(place, rate=40)
     assert isinstance(clip, Motion)
     assert isinstance(found, Motion)
-    if average:
-        flat = clip.local_translations.reshape(clip.n_frames, -1)
-        wanted = apply_warp(flat, warp, rate=40).reshape(n_frames, -1, 3)
-    else:
-        wanted = apply_warp(clip, warp, average=False).local_translations
-    np.testing.assert_allclose(found.local_translations[:n_frames], wanted, atol=2e-6)
+    wanted = apply_warp(clip, warp, average=average)
+    np.testing.assert_allclose(found.local_translations[:n_frames], wanted.local_translations, atol=2e-6)
+    np.testing.assert_allclose(np.abs((found.rotations[:n_frames] * wanted.rotations).sum(axis=2)), 1, atol=1e-9)
+    # What is no joint is averaged by itself, and what is held is held.
+    weights = np.array(
+        [stage.GetAttributeAtPath("/Body/Skel/Anim.blendShapeWeights").Get(time) for time in outs(stage, n_frames)]
+    )
+    old = literal.opened(path)
+    before = old.GetAttributeAtPath("/Body/Skel/Anim.blendShapeWeights")
+    input_frames = [scene.start + frame / 40 * scene.per_second for frame in range(clip.n_frames)]
+    shown = np.array([before.Get(code) for code in input_frames])
+    np.testing.assert_allclose(weights, apply_warp(shown, warp, average=average, rate=40), atol=1e-5)
+    words = {stage.GetAttributeAtPath("/Prop.word").Get(time) for time in outs(stage, n_frames)}
+    assert words <= {"a", "b", "c", "d"}
+
+
+def outs(stage, n_frames: int) -> list[float]:
+    return [stage.GetStartTimeCode() + frame / 40 * stage.GetTimeCodesPerSecond() for frame in range(n_frames)]
 
 
 def test_a_motion_has_the_joints_of_the_skeleton_and_its_place_in_the_scene(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import tempfile
 import threading
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -219,7 +219,8 @@ def read_by(decoder: Decoder, path: Path, data: bytes, options: ReadOptions) -> 
         )
     try:
         if facts.get("kind") == "motion":
-            return _motion(path, answer)
+            motion = motion_of(answer)
+            return motion if motion.name else replace(motion, name=path.stem)
         return _signal(path, answer, options)
     except InvalidMotionError as error:
         raise FormatError(str(error), path=path) from None
@@ -251,11 +252,12 @@ def _doubles(answer: Message, name: str, n_dimensions: int) -> FloatArray:
     return np.array(array, dtype=np.float64)
 
 
-def _motion(path: Path, answer: Message) -> Motion:
+def motion_of(answer: Message) -> Motion:
+    """Make a motion of an answer; raise InvalidMotionError, KeyError, TypeError or IndexError where it is none."""
     facts = answer.facts
     offsets = _doubles(answer, "offsets", 2)
     translations, rotations = _doubles(answer, "translations", 3), _doubles(answer, "rotations", 3)
-    names, parents, ends = _texts(facts, "names", path), list(facts["parents"]), set(facts["ends"])
+    names, parents, ends = [str(name) for name in facts["names"]], list(facts["parents"]), set(facts["ends"])
     kept = [joint for joint in range(len(names)) if joint not in ends]
     place = {joint: number for number, joint in enumerate(kept)}
     sites = [EndSite(place[parents[joint]], tuple(offsets[joint].tolist())) for joint in sorted(ends)]
@@ -272,7 +274,7 @@ def _motion(path: Path, answer: Message) -> Motion:
         rotations[:, kept],
         translations[:, kept],
         Fraction(*facts["rate"]),
-        name=str(facts["name"]) or path.stem,
+        name=str(facts["name"]),
         metres_per_unit=unit if isinstance(unit, float) and 0 < unit < 1e9 else None,
         up=up,
     )

@@ -95,7 +95,7 @@ def span_of(scene: Scene) -> Span:
 
 
 @dataclass(frozen=True)
-class _Animation:
+class Animation:
     """A skeletal animation, and the skeleton that it moves, where there is one."""
 
     path: str
@@ -103,25 +103,25 @@ class _Animation:
     skeleton: Any
 
 
-def _animations(stage: Any) -> list[_Animation]:
+def skeletal_animations(stage: Any) -> list[Animation]:
     """Find the skeletal animations that change, each once, those that move joints first."""
     cache = UsdSkel.Cache()
     prims = [prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root)]
     for prim in prims:
         cache.Populate(UsdSkel.Root(prim), Usd.PrimDefaultPredicate)
-    found: dict[str, _Animation] = {}
+    found: dict[str, Animation] = {}
     for prim in stage.Traverse():
         if prim.IsA(UsdSkel.Skeleton):
             query = cache.GetSkelQuery(UsdSkel.Skeleton(prim))
             source = UsdSkel.BindingAPI(prim).GetInheritedAnimationSource()
             animation = query.GetAnimQuery() if query else None
             if animation and source and source.GetPath().pathString not in found:
-                found[source.GetPath().pathString] = _Animation(source.GetPath().pathString, animation, query)
+                found[source.GetPath().pathString] = Animation(source.GetPath().pathString, animation, query)
     for prim in stage.Traverse():
         if prim.IsA(UsdSkel.Animation) and prim.GetPath().pathString not in found:
             animation = cache.GetAnimQuery(UsdSkel.Animation(prim))
             if animation:
-                found[prim.GetPath().pathString] = _Animation(prim.GetPath().pathString, animation, None)
+                found[prim.GetPath().pathString] = Animation(prim.GetPath().pathString, animation, None)
     moving = [one for one in found.values() if one.query.JointTransformsMightBeTimeVarying()]
     return moving + [
         one for one in found.values() if one not in moving and one.query.BlendShapeWeightsMightBeTimeVarying()
@@ -131,7 +131,7 @@ def _animations(stage: Any) -> list[_Animation]:
 def names_of(scene: Scene) -> list[str]:
     """Name the skeletal animations; raise FormatError where nothing in the scene moves."""
     span_of(scene)
-    return [one.path for one in _animations(scene.stage)]
+    return [one.path for one in skeletal_animations(scene.stage)]
 
 
 def read(scene: Scene, wanted: str | None, rate: Fraction | None, limits: Limits) -> Message:
@@ -158,7 +158,7 @@ def read(scene: Scene, wanted: str | None, rate: Fraction | None, limits: Limits
             "(Limits.frames): give a lower rate (--fps)"
         )
     codes: FloatArray = span.start + np.arange(n_frames) / float(rate) * span.per_second
-    animations = _animations(scene.stage)
+    animations = skeletal_animations(scene.stage)
     chosen, path = _chosen(scene.stage, animations, wanted)
     facts: dict[str, Any] = {
         "rate": [rate.numerator, rate.denominator],
@@ -179,7 +179,7 @@ def read(scene: Scene, wanted: str | None, rate: Fraction | None, limits: Limits
     return _signal(scene, path, codes, facts, limits)
 
 
-def _chosen(stage: Any, animations: list[_Animation], wanted: str | None) -> tuple[_Animation | None, Any]:
+def _chosen(stage: Any, animations: list[Animation], wanted: str | None) -> tuple[Animation | None, Any]:
     """Find what is meant: an animation, or the path of another thing in the scene; neither is all of it."""
     if wanted is None:
         return (animations[0] if animations else None), None
@@ -237,7 +237,7 @@ class _Joints:
     __repr__ = brief_repr
 
 
-def _skeletal(chosen: _Animation, codes: FloatArray, limits: Limits) -> tuple[_Joints]:
+def _skeletal(chosen: Animation, codes: FloatArray, limits: Limits) -> tuple[_Joints]:
     if chosen.skeleton is None:
         order = [str(name) for name in chosen.query.GetJointOrder()]
         topology = UsdSkel.Topology(chosen.query.GetJointOrder())
@@ -298,6 +298,23 @@ def _skeletal(chosen: _Animation, codes: FloatArray, limits: Limits) -> tuple[_J
             [one + 1 for one in ends],
         ),
     )
+
+
+def joint_places(animation: Animation, message: Message) -> list[int]:
+    """Find the joints of an animation among those of the motion that `read` made of it; ends are none.
+
+    Returns
+    -------
+    list of int
+        In the animation's own order.
+    """
+    moved = [str(name) for name in animation.query.GetJointOrder()]
+    order = moved if animation.skeleton is None else [str(name) for name in animation.skeleton.GetJointOrder()]
+    # A joint may stand before them for the skeleton's place.
+    above = len(message.facts["names"]) - len(order)
+    kept = [joint for joint in range(len(message.facts["names"])) if joint not in message.facts["ends"]]
+    place = {order[joint - above]: number for number, joint in enumerate(kept) if joint >= above}
+    return [place[name] for name in moved if name in place]
 
 
 def _check_size(n_joints: int, n_frames: int, limits: Limits) -> None:
@@ -382,11 +399,12 @@ def _motion(scene: Scene, facts: dict[str, Any], joints: _Joints) -> Message:
             "rotations": rotations,
             "translations": translations * scales[:, None],
             "offsets": offsets * scales[:, None],
+            "scales": scales,
         },
     )
 
 
-def _weights(chosen: _Animation, codes: FloatArray, facts: dict[str, Any], limits: Limits) -> Message:
+def _weights(chosen: Animation, codes: FloatArray, facts: dict[str, Any], limits: Limits) -> Message:
     names = [str(name) for name in chosen.query.GetBlendShapeOrder()]
     if not names or len(names) > limits.channels:
         raise FormatError(f"{chosen.path} has {len(names)} blend shapes, the limit is {limits.channels}")

@@ -20,8 +20,17 @@ from pxr import Gf, Sdf, Usd, Vt
 
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
-from retime.errors import FormatError
-from retime.formats.curves.usd_animation import Span, as_row, sampled_attributes, span_of
+from retime.errors import FormatError, InvalidMotionError, OptionError
+from retime.formats.curves.usd import motion_of
+from retime.formats.curves.usd_animation import (
+    Span,
+    as_row,
+    joint_places,
+    read,
+    sampled_attributes,
+    skeletal_animations,
+    span_of,
+)
 from retime.formats.curves.usd_package import packed
 from retime.formats.curves.usd_splines import cut_spline
 from retime.formats.curves.usd_stage import Scene, sampled_specs
@@ -144,24 +153,35 @@ class Timing:
             return False
         return not type(a).__name__.endswith("Array") or len(a) == len(b)
 
-    def baked(self, track: Track, rate: Fraction, average: bool, limits: Limits) -> Samples:
-        """Return a sample for every output frame; averages over a few frames where sped up."""
+    def baked(
+        self, track: Track, rate: Fraction, average: bool, limits: Limits, means: FloatArray | None = None
+    ) -> Samples:
+        """Return a sample for every output frame; averages over a few frames where sped up.
+
+        `means` are these, a row each, where they are known.
+        """
         times = output_frame_times(self.warp, float(rate))
         outs = [self.code(time) for time in times]
         plain = [track.shown(self.code(time)) for time in self.warp(times)]
-        if average and len(plain) and float(np.abs(self.warp.slopes).max()) > 1 and self.linear:
-            means = self._means(track, rate, limits)
-            if means is not None and len(means) == len(plain):
+        if average and self.linear and self.speeds_up:
+            means = self._means(track, rate, limits) if means is None else means
+            sizes = {None if value is None else np.size(np.array(value)) for value in plain}
+            if means is not None and means.shape[0] == len(plain) and sizes == {means.shape[1]}:
                 plain = [_typed(row, value) for row, value in zip(means, plain, strict=True)]
         return list(zip(outs, plain, strict=True))
+
+    @property
+    def speeds_up(self) -> bool:
+        """Whether anything is faster than life."""
+        return float(np.abs(self.warp.slopes).max()) > 1
 
     def _means(self, track: Track, rate: Fraction, limits: Limits) -> FloatArray | None:
         """Average a track; None where its values are no numbers that can be."""
         length = (self.span.end - self.span.start) / self.span.per_second
         n_frames = int(np.ceil(float(rate) * length - 1e-3)) + 1
-        values = [track.shown(self.code(frame / float(rate))) for frame in range(n_frames)]
-        if not all(self.goes_between(a, b) for a, b in pairwise(values)):
+        if not all(self.goes_between(a, b) for a, b in pairwise(track.values)):
             return None
+        values = [track.shown(self.code(frame / float(rate))) for frame in range(n_frames)]
         make = as_row(values[0])
         if make is None or n_frames * len(make(values[0])) * 16 > limits.inflated_bytes:
             return None
@@ -235,7 +255,9 @@ def rewritten(
     specs = sampled_specs(layer)
     scratch = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(scratch)
-    changed = []
+    joints: dict[str, FloatArray] = {}
+    if bake and average:
+        joints = _averaged_joints(scene, timing, rate or timing.span.rate(), limits)
     for number, spec in enumerate(specs):
         path = spec.path
         if spec.HasSpline():
@@ -251,9 +273,11 @@ def rewritten(
         _set_samples(scratch, copied, list(zip(codes.tolist(), values, strict=True)))
         attribute = stage.GetAttributeAtPath(copied)
         track = Track(codes, values, lambda code, one=attribute: one.Get(code))  # type: ignore[misc]
-        samples = timing.baked(track, rate or timing.span.rate(), average, limits) if bake else timing.retimed(track)
+        if not bake:
+            samples = timing.retimed(track)
+        else:
+            samples = timing.baked(track, rate or timing.span.rate(), average, limits, joints.get(str(path)))
         _set_samples(layer, path, samples)
-        changed.append(path)
         del scratch.rootPrims[prim.name]
     cut_clips(layer, timing)
     if layer.HasStartTimeCode():
@@ -261,6 +285,37 @@ def rewritten(
     if layer.HasEndTimeCode():
         layer.endTimeCode = timing.end
     return _file_of(scene, layer, work)
+
+
+def _averaged_joints(scene: Scene, timing: Timing, rate: Fraction, limits: Limits) -> dict[str, FloatArray]:
+    """Average skeletons as `apply_warp` does motions, standing feet exempt.
+
+    Returns
+    -------
+    dict of str to float arrays, shape (n_frames, n)
+        By the paths of the attributes of skeletal animations: a row for each output frame.
+    """
+    found: dict[str, FloatArray] = {}
+    if not timing.speeds_up:
+        return found
+    for one in skeletal_animations(scene.stage):
+        if not one.query.JointTransformsMightBeTimeVarying():
+            continue
+        message = read(scene, one.path, rate, limits)
+        try:
+            moved = apply_warp(motion_of(message), timing.warp)
+        except (InvalidMotionError, OptionError):
+            # No one body, or sizes that no motion has: each attribute is averaged by itself.
+            continue
+        places = joint_places(one, message)
+        if len(places) < len(one.query.GetJointOrder()):
+            continue
+        rotations = np.roll(moved.rotations[:, places], -1, axis=2)
+        translations = moved.local_translations[:, places] / message.arrays["scales"][places, None]
+        n_frames = len(rotations)
+        found[f"{one.path}.rotations"] = rotations.reshape(n_frames, -1)
+        found[f"{one.path}.translations"] = translations.reshape(n_frames, -1)
+    return found
 
 
 def _value(value: Any) -> Any:

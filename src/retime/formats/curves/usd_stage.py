@@ -256,9 +256,10 @@ def asset_paths(layer: Any) -> Iterator[str]:
         spec = layer.GetObjectAtPath(path)
         if spec is None:
             continue
+        type_name = str(spec.typeName) if isinstance(spec, Sdf.AttributeSpec) else ""
         for key in spec.ListInfoKeys():
             # These have no files in them, or came above.
-            if key in _NO_FILES or (key in ("timeSamples", "default") and "asset" not in str(spec.typeName)):
+            if key in _NO_FILES or (key in ("timeSamples", "default") and "asset" not in type_name):
                 continue
             value = spec.GetInfo(key)
             sets = value.values() if key == "clips" and isinstance(value, dict) else ()
