@@ -111,7 +111,7 @@ def ffmpeg_frames(av, chain: str, rate: Fraction, n_input: int) -> list[int]:
     base = f"{rate.denominator}/{rate.numerator}"
     source = graph.add("buffer", f"video_size=16x16:pix_fmt=gray:time_base={base}:frame_rate={rate}")
     last = source
-    for part in _split(chain.split("\n")[1]):
+    for part in _split(chain.strip()):
         name, _, arguments = part.partition("=")
         node = graph.add(name, arguments)
         last.link_to(node)

@@ -9,10 +9,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from retime import import_curve
+from retime import export_curve, import_curve
 from retime.errors import FormatError, OptionError, RetimeWarning
 from retime.hosts.bezier import drawn
 from retime.hosts.maya import unit_of
+from retime.warp.curve import Warp
 
 NUKE = "TimeWarp {{\n inputs 0\n lookup {{{{curve {}}}}}\n name Ramp\n}}\n"
 MAYA = """//Maya ASCII 2024 scene
@@ -442,6 +443,19 @@ def test_a_curve_needs_an_error_that_is_allowed(tmp_path) -> None:
         drawn(np.array([0.0, 1, 0, 1]), np.array([0.0, 0, 1e7, 1e7]), 1e-9, {})
     with pytest.raises(OptionError, match="the tolerance must be"):
         read(tmp_path, eased, "a.json", tolerance=-1)
+
+
+# ffmpeg.
+
+
+def test_a_file_of_filters_is_one_line_without_comments(tmp_path) -> None:
+    # ffmpeg would take a comment for a filter's name.
+    export_curve(Warp([0.0, 1.0, 2.0], [0.0, 0.5, 3.0]), tmp_path / "a.txt", "ffmpeg", rate=24)
+    assert (tmp_path / "a.txt").read_text() == (
+        "settb=AVTB,trim=start=0:end=3.020833333333,tpad=stop=-1:stop_mode=clone,setpts='PTS-0.020833333333/TB',"
+        "setpts='max(0,if(lt(T,0.5),0+(T-0)*2,1+(T-0.5)*0.40000000000000002))/TB',"
+        "fps=24:start_time=0:round=up,trim=end_frame=49\n"
+    )
 
 
 # All of them.

@@ -1,4 +1,4 @@
-"""ffmpeg: a chain of filters for ``-filter_script:v``, or in newer versions ``-/filter:v``.
+"""ffmpeg: a chain of filters for ``-/filter:v``, or before version 7 ``-filter_script:v``.
 
 ``setpts`` gives each input frame the time at which it is to be shown, so it needs the inverse of the warp; a hold or a
 span that runs backward has none. ``T`` is the input's time in seconds, ``TB`` its time base, which ``settb`` makes a
@@ -6,7 +6,7 @@ millionth of a second, as a time is cut off to it. A frame is given the time at 
 a frame of the input early; then ``fps`` with ``round=up`` shows at each output frame the input frame nearest to what
 the warp asks for. ``trim`` leaves out what the warp does not show, ``tpad`` keeps the last frame of the rest, and a
 second ``trim`` ends after the last output frame. The pieces stand in ``if`` inside ``if``, halved each time, as ffmpeg
-reads no more than some hundred levels.
+reads no more than some hundred levels. A file of filters has no comments.
 
 Source: ffmpeg-filters, setpts, trim, fps (https://ffmpeg.org/ffmpeg-filters.html), and ffmpeg-utils, Expression
 Evaluation.
@@ -24,7 +24,7 @@ from retime.hosts.text import decoded, number
 from retime.warp.curve import Warp
 
 _PIECE = re.compile(r"([\d.]+)\+\(T-([\d.]+)\)\*([\d.]+)")
-_ENDS = re.compile(r"# output ([\d.]+) to ([\d.]+) s, input ([\d.]+) to ([\d.]+) s\n")
+_END = re.compile(r"trim=start=[\d.]+:end=([\d.]+),")
 
 
 def write(warp: Warp, shot: Shot) -> str:
@@ -42,10 +42,7 @@ def write(warp: Warp, shot: Shot) -> str:
     half = f"setpts='PTS-{plain(0.5 / float(rate))}/TB'"
     fps = f"fps={rate}:start_time={plain(shot.first_frame(warp) / float(rate))}:round=up"
     end = f"trim=end_frame={shot.count_frames(warp)}"
-    return (
-        f"# output {plain(use[0])} to {plain(use[-1])} s, input {plain(at[0])} to {plain(at[-1])} s\n"
-        f"{begin},{half},setpts='max(0,{_tree(pieces, at)})/TB',{fps},{end}\n"
-    )
+    return f"{begin},{half},setpts='max(0,{_tree(pieces, at)})/TB',{fps},{end}\n"
 
 
 def _sharp(slope: float) -> str:
@@ -64,11 +61,11 @@ def _tree(pieces: list[str], at: list[float]) -> str:
 def read(data: bytes, shot: Shot) -> Warp:
     """Read the pieces of a chain that `write` made, to compare them."""
     text = decoded(data)
-    ends = _ENDS.match(text)
+    end = _END.search(text)
     pieces = _PIECE.findall(text)
-    if ends is None or not pieces:
+    if end is None or not pieces:
         raise FormatError("expected a chain of filters that retime wrote")
     use, at, slopes = (np.array([number(word) for word in column]) for column in zip(*pieces, strict=True))
-    last_in = number(ends[4])
+    last_in = number(end[1]) - 0.5 / float(shot.exact_rate)
     last_out = use[-1] + (last_in - at[-1]) * slopes[-1]
     return warp_of([*use, last_out], [*at, last_in])
