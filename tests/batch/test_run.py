@@ -15,6 +15,10 @@ from retime.batch import BatchResult, ClipTask, Recipe, Rule, Treatment, retime_
 from retime.batch.manifest import Journal, Manifest, read_manifest
 from retime.batch.treatment import settings
 from retime.errors import OptionError
+from retime.formats.c3d_file import parse_c3d
+from retime.formats.read_options import ReadOptions
+from tests.formats.body_files import body, npz
+from tests.formats.c3d_files import Capture
 
 
 def made_clip(place: Path, start: int = 0, n: int = 40) -> Path:
@@ -39,6 +43,24 @@ def library(tmp_path: Path) -> Path:
 
 def done(library: Path, out: Path, given: object, **more: object) -> BatchResult:
     return run(library, out, given, workers=0, **more)  # type: ignore[arg-type]
+
+
+def test_captures_are_retimed_in_place(tmp_path: Path) -> None:
+    root, out = tmp_path / "in", tmp_path / "out"
+    root.mkdir()
+    points = np.zeros((60, 1, 4))
+    points[:, 0, 0] = np.sin(np.arange(60) / 5) * 100
+    members = body(n_frames=60)
+    (root / "take.c3d").write_bytes(Capture(rate=30.0, points=points, analog=np.arange(120.0)[:, None]).build())
+    (root / "walk.npz").write_bytes(npz(members))
+    result = done(root, out, {"length": "80%", "frames": "10:49"})
+    assert result.counts == {"done": 2, "kept": 0, "failed": 0}, [record.message for record in result.records]
+    capture = parse_c3d(out / "take.c3d", (out / "take.c3d").read_bytes(), ReadOptions())
+    assert (capture.first, capture.n_frames, capture.layout.samples) == (10, 32, 2)
+    with np.load(out / "walk.npz") as archive:
+        assert np.array_equal(archive["betas"], members["betas"])
+        assert archive["poses"].shape == (32, 156)
+        np.testing.assert_allclose(archive["trans"][[0, -1]], members["trans"][[10, 49]])
 
 
 def test_the_tree_is_mirrored_and_each_output_is_that_of_the_single_command(library: Path, tmp_path: Path) -> None:

@@ -36,7 +36,14 @@ from retime.errors import (
 from retime.evaluate.metrics.flights import flight_spans, flight_timing
 from retime.files import noting_reads
 from retime.formats.read_options import ReadOptions
-from retime.formats.registry import animation_names, format_of, read_with, refuse_unfit, retime_file, write
+from retime.formats.registry import (
+    animation_names,
+    read_with,
+    refuse_unfit,
+    retime_file,
+    stays_in_place,
+    write,
+)
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import parse_channel
 from retime.motion.gaps import GapPolicy
@@ -243,7 +250,8 @@ def _done(task: ClipTask, noted: list[Path]) -> list[Record]:
 def _single(task: ClipTask, path: Path) -> _Found:
     """Find the warp of a clip, or of each animation of a scene that is retimed in place."""
     given = task.treatment
-    if not _keeps_curves(path, Path(task.places[0])):
+    known = stays_in_place(path, Path(task.places[0]), arrays=given.array)
+    if known is None or not known.curves:
         whole, clip = _read_clip(path, given)
         return _found(task, path, whole, clip, *_warp_of(clip, given))
     names = animation_names(path, animation=given.animation)
@@ -303,7 +311,24 @@ def _found(
     skipped = clip.first_frame - whole.first_frame
 
     def write_to(place: Path, overwrite: bool) -> None:
-        if _keeps_curves(path, place):
+        known = stays_in_place(path, place, arrays=given.array)
+        if known is not None and known.frames:
+            if given.array and clip is not whole:
+                raise OptionError(f"{path.name}: frames and drop_first cut its points, and array counts other frames")
+            retime_file(
+                path,
+                place,
+                warp,
+                rate=_rate(given.fps),
+                average=given.average,
+                frames=None if clip is whole else (clip.first_frame, clip.first_frame + clip.n_frames - 1),
+                held=given.on,
+                kinds=dict(map(parse_channel, given.channel)),
+                repair=given.repair,
+                overwrite=overwrite,
+            )
+            return
+        if known is not None:
             moved = replace(warp, input_times=warp.input_times + skipped / float(clip.rate), keytimes=())
             retime_file(
                 path,
@@ -345,10 +370,6 @@ def _record(task: ClipTask, clip: AnyMotion, warp: Warp, search: GuidedWarp | No
             (round(float(warp.output_times[i]), 4), round(float(warp.input_times[i]), 4)) for i in kept.tolist()
         ),
     )
-
-
-def _keeps_curves(source: Path, place: Path) -> bool:
-    return format_of(source).curves and format_of(place) == format_of(source)
 
 
 def _rate(text: str | None) -> Fraction | None:
