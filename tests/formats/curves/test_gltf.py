@@ -315,8 +315,18 @@ def test_a_motion_is_written_as_a_skeleton_that_reads_back(tmp_path: Path) -> No
         poses = global_poses(found)
         np.testing.assert_allclose(poses.positions[:, joints], wanted.positions * 0.01, atol=2e-6)
         assert (found.rate, found.n_frames, found.name) == (clip.rate, 40, clip.name)
-    with pytest.raises(FormatError, match=r"written as \.glb"):
-        retime.write(clip, tmp_path / "a.gltf")
+
+
+def test_a_scene_in_text_says_what_the_binary_one_says(tmp_path: Path) -> None:
+    clip = retime.sample()[:20]
+    for ending in ("glb", "gltf"):
+        retime.write(clip, tmp_path / f"a.{ending}")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.glb", "a.gltf"]
+    binary, text = Literal(tmp_path / "a.glb"), Literal(tmp_path / "a.gltf")
+    assert {**text.json, "buffers": []} == {**binary.json, "buffers": []}
+    assert text.buffers[0] == binary.buffers[0][: len(text.buffers[0])]
+    found = [retime.read(tmp_path / f"a.{ending}") for ending in ("glb", "gltf")]
+    assert np.array_equal(found[0].rotations, found[1].rotations)
 
 
 def test_what_a_scene_names_beside_itself_goes_with_it(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from retime.formats.curves.gltf_animation import Animation, Sampler, chosen_anim
 from retime.formats.curves.gltf_file import GltfFile, parse_gltf
 from retime.formats.curves.gltf_retime import NewKeys, with_keys
 from retime.formats.curves.gltf_scene import Sampled, sample_animation
-from retime.formats.curves.gltf_write import glb_of
+from retime.formats.curves.gltf_write import glb_of, gltf_of
 from retime.formats.read_options import ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
@@ -55,12 +55,10 @@ def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
 
 
 def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
-    """Write a motion as a new GLB: a plain skeleton with one animation; raise FormatError for a signal, or a .gltf."""
+    """Write a motion as a new scene, in one file: a skeleton with one animation; raise FormatError for a signal."""
     if not isinstance(motion, Motion):
         raise FormatError("a glTF scene holds a skeleton that moves, not a signal", path=path)
-    if path.suffix.lower() != ".glb":
-        raise FormatError("a new scene is written as .glb, in one file", path=path)
-    write_bytes(path, glb_of(motion), overwrite=overwrite)
+    write_bytes(path, glb_of(motion) if path.suffix.lower() == ".glb" else gltf_of(motion), overwrite=overwrite)
 
 
 def retime(path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:

@@ -1,7 +1,8 @@
-"""A motion as a GLB: its joints as nodes of a plain skeleton, one animation, a key on every frame."""
+"""A motion as a GLB or a .gltf: its joints as nodes of a plain skeleton, one animation, a key on every frame."""
 
 from __future__ import annotations
 
+import base64
 import json
 from typing import Any
 
@@ -36,7 +37,22 @@ class _Chunk:
 
 
 def glb_of(motion: Motion) -> bytes:
-    """Make a GLB of a motion.
+    """Make a GLB of a motion, as `scene_of` says; raise FormatError."""
+    document, numbers = scene_of(motion)
+    document["buffers"] = [{"byteLength": len(numbers)}]
+    return build_glb(json.dumps(document, separators=(",", ":"), ensure_ascii=False), numbers, b"")
+
+
+def gltf_of(motion: Motion) -> bytes:
+    """Make a .gltf of a motion, its numbers in its text, as `scene_of` says; raise FormatError."""
+    document, numbers = scene_of(motion)
+    uri = "data:application/octet-stream;base64," + base64.b64encode(numbers).decode()
+    document["buffers"] = [{"byteLength": len(numbers), "uri": uri}]
+    return json.dumps(document, indent=1, ensure_ascii=False).encode()
+
+
+def scene_of(motion: Motion) -> tuple[dict[str, Any], bytes]:
+    """Make a scene of a motion: its JSON but for the buffer, and the buffer.
 
     Lengths are in metres, where the motion says how long its unit is; else they stay as they are. What has Z up is laid
     under a node that turns it. The skeleton is a skin without a mesh, so that programs take the joints for bones.
@@ -96,6 +112,5 @@ def glb_of(motion: Motion) -> bytes:
         "animations": [{"name": motion.name or "motion", "channels": channels, "samplers": samplers}],
         "accessors": chunk.accessors,
         "bufferViews": chunk.views,
-        "buffers": [{"byteLength": len(chunk.data)}],
     }
-    return build_glb(json.dumps(document, separators=(",", ":"), ensure_ascii=False), bytes(chunk.data), b"")
+    return document, bytes(chunk.data)
