@@ -1,8 +1,9 @@
 """MLT (Shotcut, Kdenlive, melt): a chain whose link ``timeremap`` says which second of its clip each frame shows.
 
 ``time_map`` is an animated property: ``frame=second`` with semicolons between; an equals sign makes a line to the next
-key, where ``|=`` would jump and ``~=`` bend. A frame shows the last one of the clip that has begun by its second. Frames are whole and count from 0 at the profile's rate. Equal seconds
-hold, falling ones run backward. Before MLT 7.24 the property was called ``map``.
+key, where ``|=`` would jump and ``~=`` bend. A frame shows the last one of the clip that has begun by its second.
+Frames are whole and count from 0 at the profile's rate. Equal seconds hold, falling ones run backward. Before MLT 7.24
+the property was called ``map``.
 
 Source: MLT, Link timeremap (https://www.mltframework.org/plugins/LinkTimeremap/), its unit in Shotcut's filter Time:
 Remap (s), and the framework's keyframe animation (https://www.mltframework.org/docs/framework/).
