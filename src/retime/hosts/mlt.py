@@ -2,8 +2,8 @@
 
 ``time_map`` is an animated property: ``frame=second`` with semicolons between; an equals sign makes a line to the next
 key, where ``|=`` would jump and ``~=`` bend. A frame shows the last one of the clip that has begun by its second.
-Frames are whole and count from 0 at the profile's rate. Equal seconds hold, falling ones run backward. Before MLT 7.24
-the property was called ``map``.
+Frames are whole and count from 0 at the profile's rate. Equal seconds hold, falling ones run backward. Version 1 of the
+link (MLT 7.12 has it) calls the property ``map``, which version 2 passes over for ``time_map``: both are written.
 
 Source: MLT, Link timeremap (https://www.mltframework.org/plugins/LinkTimeremap/), its unit in Shotcut's filter Time:
 Remap (s), and the framework's keyframe animation (https://www.mltframework.org/docs/framework/).
@@ -28,7 +28,7 @@ def write(warp: Warp, shot: Shot) -> str:
     keys = ";".join(f"{frame}={plain(time)}" for frame, time in zip(frames, warp.input_times.tolist(), strict=True))
     last = shot.first_frame(warp) + shot.count_frames(warp) - 1
     return (
-        '<?xml version="1.0" encoding="utf-8"?>\n<mlt LC_NUMERIC="C" version="7.24.0">\n'
+        '<?xml version="1.0" encoding="utf-8"?>\n<mlt LC_NUMERIC="C">\n'
         '  <profile width="1920" height="1080" progressive="1" sample_aspect_num="1" sample_aspect_den="1" '
         'display_aspect_num="16" display_aspect_den="9" '
         f'frame_rate_num="{rate.numerator}" frame_rate_den="{rate.denominator}"/>\n'
@@ -38,7 +38,7 @@ def write(warp: Warp, shot: Shot) -> str:
         # Of the output, which may be longer than the clip.
         f'    <property name="length">{last + 1}</property>\n'
         f'    <link id="link0" in="0" out="{last}">\n      <property name="mlt_service">timeremap</property>\n'
-        f'      <property name="time_map">{keys}</property>\n'
+        f'      <property name="map">{keys}</property>\n      <property name="time_map">{keys}</property>\n'
         '      <property name="image_mode">nearest</property>\n      <property name="pitch">1</property>\n'
         "    </link>\n  </chain>\n"
         f'  <playlist id="playlist0">\n    <entry producer="chain0" in="{shot.first_frame(warp)}" out="{last}"/>\n'
