@@ -361,6 +361,21 @@ def test_damage_is_named(name: str) -> None:
             c3d.read(PATH, data, PLAIN)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -3.0, 0.5, 1e30])
+@pytest.mark.parametrize("name", ["POINT:USED", "ANALOG:USED", "POINT:FRAMES", "EVENT:USED", "FORCE_PLATFORM:USED"])
+def test_counts_that_are_none_are_passed_over(name: str, value: float) -> None:
+    capture = Capture(points=np.ones((9, 2, 4)), analog=np.ones((18, 1)), events=[(0.03, "Foot Off", "Left")])
+    group, own = name.split(":")
+    kept = [one for one in capture.groups(9).get(group, []) if one[0] != own]
+    capture.more = {group: [*kept, (own, 4, [], real_bytes(capture.machine, value))]}
+    data = capture.build()
+    assert quiet_read(data).n_frames == 9
+    assert c3d.facts(PATH, data, PLAIN)["points"] == "2, in mm"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FormatWarning)
+        assert quiet_read(retimed(data, Warp([0.0, 0.16], [0.0, 0.08]))).n_frames == 17
+
+
 def test_limits_hold() -> None:
     data = Capture(points=np.ones((40, 2, 4))).build()
     with pytest.raises(FormatError, match=r"Limits\.channels"):

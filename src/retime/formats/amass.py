@@ -283,7 +283,9 @@ def retime_frames(
                 content = _with_rate(path, array, options.rate, content)
             elif name in _LENGTHS and array.kind in "iuf" and math.prod(array.shape) == 1:
                 length = floats_of(path, name, array) * (shown.n_frames / whole.n_frames)
-                content = part.stored(array, np.rint(length) if array.kind in "iu" else length)
+                if array.kind in "iu":
+                    length = np.clip(np.rint(length), 0, np.iinfo(array.dtype).max)
+                content = part.stored(array, length)
             elif array.shape[:1] == (whole.n_frames,) and name not in _FIXED and name not in _LENGTHS:
                 own = _columns_of(path, name, array, old)
                 content = part.stored(array, poses[:, own]) if own is not None else part.other(name, array)

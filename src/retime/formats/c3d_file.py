@@ -146,9 +146,9 @@ class C3dFile:
         return values
 
     def number(self, name: str) -> float | None:
-        """Return a parameter's first number, if it has any."""
+        """Return a parameter's first number, if it has one that is finite."""
         values = self.values(name)
-        return float(values[0]) if values is not None and len(values) else None
+        return float(values[0]) if values is not None and len(values) and math.isfinite(values[0]) else None
 
     def texts(self, name: str) -> list[str]:
         """Return the texts of a parameter, and of those that go on with it (LABELS, LABELS2, LABELS3 ...)."""
@@ -268,21 +268,25 @@ def parse_c3d(path: Path, data: bytes, options: ReadOptions) -> C3dFile:
     end = data_start if section < data_start <= len(data) else len(data)
     parameters = _parameters(path, data, numbers, section + 4, end)
 
-    def number(name: str) -> float | None:
+    def said(name: str) -> float | None:
         found = parameters.get(name)
         values = None if found is None else numbers_of(data, numbers, found)
         return float(values[0]) if values is not None and len(values) else None
+
+    def number(name: str) -> float | None:
+        value = said(name)
+        return value if value is not None and math.isfinite(value) else None
 
     if data_start <= 0 and (start := number("POINT:DATA_START")):
         data_start = (int(start) - 1) * BLOCK
     if not BLOCK <= data_start <= len(data):
         raise FormatError(f"the frames begin at byte {data_start}; the file has {len(data)}", path=path, byte=_AT_DATA)
     scale = number("POINT:SCALE")
-    if scale is None or scale == 0 or not math.isfinite(scale):
+    if not scale:
         scale = numbers.real(data, _AT_SCALE)
     if not math.isfinite(scale):
         raise FormatError("the scale of the points is not a number", path=path, byte=_AT_SCALE)
-    rate = _rate(path, number("POINT:RATE"), numbers.real(data, AT_RATE), options)
+    rate = _rate(path, said("POINT:RATE"), numbers.real(data, AT_RATE), options)
     layouts = _layouts(numbers, data, number, float(rate))
     word_bytes = 4 if scale < 0 else 2
     first, counts = _counts(numbers, data, parameters, number)
@@ -405,21 +409,23 @@ def _layouts(numbers: Numbers, data: bytes, number: Callable[[str], float | None
     """List what a frame holds by the header, and by the parameters where they say something else."""
     points, total = numbers.word(data, _AT_POINTS), numbers.word(data, _AT_ANALOG)
     samples = max(numbers.word(data, _AT_SAMPLES), 1)
-    used = number("ANALOG:USED")
-    if total % samples and used and total % int(used) == 0:
-        samples = total // int(used)
-    elif total % samples:
-        samples = 1
+    used, own_points, analog_rate = _whole(number("ANALOG:USED")), _whole(number("POINT:USED")), number("ANALOG:RATE")
+    if total % samples:
+        samples = total // used if used and total % used == 0 else 1
     found = [Layout(points, total // samples, samples if total else 1)]
-    own_points, analog_rate = number("POINT:USED"), number("ANALOG:RATE")
     own = Layout(
-        points if own_points is None else int(own_points),
-        found[0].channels if used is None else int(used),
-        samples if not analog_rate or not math.isfinite(analog_rate) else min(max(round(analog_rate / rate), 1), 65535),
+        points if own_points is None else own_points,
+        found[0].channels if used is None else used,
+        min(max(round(analog_rate / rate), 1), MOST_COUNTED) if analog_rate else samples,
     )
     if own.numbers != found[0].numbers:
         found.append(own)
     return found
+
+
+def _whole(value: float | None) -> int | None:
+    """Return a count, where a number is one that a C3D can hold."""
+    return int(value) if value is not None and 0 <= value <= MOST_COUNTED else None
 
 
 def _counts(
@@ -434,7 +440,7 @@ def _counts(
         counts.append(end - start + 1)
     for name in ("POINT:LONG_FRAMES", "POINT:FRAMES"):
         claimed = number(name)
-        if claimed is not None and math.isfinite(claimed) and claimed >= 1:
+        if claimed is not None and claimed >= 1:
             counts.append(int(claimed))
     counts.append(last - numbers.word(data, AT_FIRST) + 1)
     return first, list(dict.fromkeys(counts))
