@@ -373,6 +373,7 @@ def test_pieces_on_whole_frames_meet_as_near_as_they_can(tmp_path) -> None:
         (otio([(0, 24, 1)]).replace('"rate": 24.0', '"rate": 0'), "no time counts 0"),
         (otio([(0, 24, 1)]).replace('"value": 24', '"value": "24"'), "value: expected a number"),
         (otio([(0, 24, 1)]).replace('"value": 24', '"value": NaN'), "NaN"),
+        (otio([(0, 24, 1)]).replace('"Clip.1"', '"Clip.1", "enabled": false'), "piece 1 of the track is switched off"),
         ("[]", "expected an OpenTimelineIO timeline"),
         ("{", "not JSON"),
     ],
@@ -383,6 +384,11 @@ def test_timelines_that_are_no_warp(tmp_path, text, said) -> None:
         return
     with pytest.raises(FormatError, match=said):
         read(tmp_path, text, "a.otio")
+
+
+def test_an_effect_that_is_switched_off_does_nothing(tmp_path) -> None:
+    text = otio([(0, 24, 2)]).replace('"LinearTimeWarp.1"', '"LinearTimeWarp.1", "enabled": false')
+    assert read(tmp_path, text, "a.otio").slopes.tolist() == pytest.approx([1.0])
 
 
 def test_two_clips_are_no_warp(tmp_path) -> None:

@@ -150,6 +150,8 @@ def _track(children: Any, shot: Shot) -> Warp:
             raise FormatError(
                 f"{what} is a {kind[:40] or 'thing without a schema'}, which shows no input; a warp needs clips alone"
             )
+        if clip.get("enabled", True) is False:
+            raise FormatError(f"{what} is switched off, so it shows no input; switch it on, or take it out")
         start, length, frame = _span(clip.get("source_range"), what)
         url, zero = _media(clip, what)
         if media is not None and url != media:
@@ -224,6 +226,8 @@ def _speed(effects: Any, what: str) -> float:
     speed = 1.0
     for effect in effects if isinstance(effects, list) else []:
         kind = _schema(effect)
+        if kind and effect.get("enabled", True) is False:
+            continue
         if kind == "FreezeFrame":
             speed = 0.0
         elif kind == "LinearTimeWarp":
