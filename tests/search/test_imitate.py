@@ -320,3 +320,16 @@ def test_a_name_tells_no_difference(walk: Motion) -> None:
     found = imitate(walk, example, hand)
     again = imitate(replace(walk, name=""), example, hand)
     assert np.array_equal(found.path.frames, again.path.frames)
+
+
+def test_what_would_take_for_ever_is_refused_before_anything_is_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A random request: the example was compared with its surroundings for 14 s, and then the rate was refused."""
+    t = 2 * np.pi * np.arange(200) / 25
+    clip = Signal(("x", "y"), np.stack([np.sin(t), np.cos(t)], axis=1), Fraction(25))
+    hand = Warp([0.0, 2.0], [0.0, 1.0])
+    with pytest.raises(OptionError, match="an analysis at 1000 Hz sees no more"):
+        imitate(clip, (50, 80), hand, rate=1000)
+    assert imitate(clip, (50, 76), hand).n_output > 2
+    monkeypatch.setenv("RETIME_MOST_SECONDS", "0.00001")
+    with pytest.raises(OptionError, match=r"looking 239 frames up in an example of \d+ would take about .* lower rate"):
+        imitate(clip, (50, 80), hand)

@@ -27,6 +27,8 @@ _PER_SEARCH, _PER_SEARCH_OF_SPANS = 1.5e-8, 1e-7
 _SETS_OF_A_LOOP = 12
 # For a triple in one position of a search in step with a reference, and for each number of its pose vectors.
 _PER_COMPARED, _PER_NUMBER = 3e-9, 3e-10
+# For each number of two frames that are compared, and the seconds over which an example is compared with itself.
+_PER_LOOKED_UP, _LAGS_SECONDS = 5e-9, 2.1
 # For a frame between the ends of a step of which the content is priced.
 _PER_LEFT_OUT = 2e-8
 
@@ -103,6 +105,12 @@ def align_seconds(
         low, high = np.maximum(j0 + after, j1 - before * longest), np.minimum(j0 + after * longest, j1 - before)
         n_frames += int(np.maximum(high - low + 1, 0).sum())
     return n_frames * n_pairs * (_PER_COMPARED + _PER_NUMBER * n_numbers / max(1, n_threads))
+
+
+def example_seconds(n_points: int, n_example: int, n_numbers: int, rate: float) -> float:
+    """Estimate how long points take to be looked up in an example, and the example in its surroundings."""
+    n_lags = 2 * _LAGS_SECONDS * rate
+    return _PER_LOOKED_UP * n_numbers * n_example * (n_points + n_lags)
 
 
 def content_seconds(n_input: int, step_lengths: list[int]) -> float:

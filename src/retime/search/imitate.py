@@ -21,7 +21,7 @@ from retime.search.example.reading import read_example
 from retime.search.example.session import HandSession
 from retime.search.grid import DEFAULT_MAX_SKIP, usual_upsample
 from retime.search.guided import guided_warp
-from retime.search.inputs import as_clips, as_references
+from retime.search.inputs import as_clips, as_references, check_rates
 from retime.search.poses.references import Reference, model_poses
 from retime.search.result import GuidedWarp
 from retime.search.session import DEFAULT_RATE
@@ -136,6 +136,10 @@ def imitate(
     flights = options.pop("flights", None)
     chosen = declared.completed("analysis", {name: value for name, value in analysis.items() if name != "features"})
     rate = float(parse_rate(DEFAULT_RATE if chosen["rate"] is None else chosen["rate"]))
+    with warnings.catch_warnings():
+        # The session says again what there is to say.
+        warnings.simplefilter("ignore")
+        check_rates((*clips, *reference.clips), rate)
     reading = read_example(
         model_poses(clips, [reference], analysis.get("features")).in_own_order(),
         span,

@@ -10,6 +10,7 @@ import numpy as np
 
 from retime.arrays import BoolArray, FloatArray
 from retime.brief import brief_repr
+from retime.search.estimate import check_fits, example_seconds
 from retime.search.example.cover import Cover, cover_of
 from retime.search.example.timing import extreme_speeds, hand_log_speeds
 from retime.search.poses.references import ModelPoses
@@ -163,6 +164,11 @@ def read_example(
     own = np.concatenate([pose, velocity], axis=1)
     median = _median_distance(own)
     first, last = (round(time * rate) for time in span)
+    check_fits(
+        what=f"looking {len(own):,} frames up in an example of {last - first + 1:,}",
+        remedy="Ask for a lower rate, or a shorter example",
+        seconds=len(clips) * example_seconds(len(own), last - first + 1, own.shape[1], rate),
+    )
     last = min(last, len(clips[0][0]) - 1)
     whole = np.concatenate(clips[0], axis=1)
     # A cycle is told by the clip's own measure.
