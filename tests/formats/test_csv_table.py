@@ -117,7 +117,7 @@ def test_times_may_tremble_by_a_hundredth_of_a_step(tmp_path: Path) -> None:
 
 
 def test_a_given_rate_takes_the_rows_as_even() -> None:
-    for name in ("time_stands_still", "time_goes_back", "time_of_one_row", "time_of_ages"):
+    for name in ("time_stands_still", "time_goes_back", "time_of_ages"):
         signal = read_csv(CSV / f"broken/{name}.csv", rate=50)
         assert (signal.names, signal.rate, signal.first_frame) == (("x",), 50, 0)
 
@@ -171,7 +171,6 @@ def test_a_column_called_frame(tmp_path: Path) -> None:
         ("time_alone", None, "the table has no column beside 't'"),
         ("time_stands_still", 4, "row 3: 't' goes from 0.1 to 0.1; times must increase"),
         ("time_goes_back", 4, "row 3: 't' goes from 0.2 to 0.1; times must increase"),
-        ("time_of_one_row", None, "a single row's 't' gives no rate, so it must be given (--fps)"),
         ("time_of_ages", 3, "row 2: 't' is 1e+99, too large for a time"),
         (
             "no_time",
@@ -194,6 +193,28 @@ def test_a_row_with_an_empty_field_too_many(tmp_path: Path, row: str) -> None:
     """Its numbers are as many as the names, and still nobody knows which belongs where."""
     with pytest.raises(FormatError, match=r"table\.csv:3: the row has 4 fields, the first row has 3"):
         table(tmp_path, f"t,a,b\n0,1,2\n{row}\n0.2,1,2\n")
+
+
+def test_a_single_row_is_read_at_the_usual_rate_which_is_said(tmp_path: Path) -> None:
+    with pytest.warns(FormatWarning, match=r"a single row's 't' gives no rate: 30 frames a second are taken \(--fps"):
+        signal = table(tmp_path, "t,x\n2.5,1\n")
+    assert (signal.rate, signal.n_frames, signal.clock.start) == (30, 1, Fraction(5, 2))
+    assert table(tmp_path, "t,x\n2.5,1\n", rate=25).rate == 25
+    with pytest.raises(FormatError, match="too large for a time"):
+        table(tmp_path, "t,x\n1e99,1\n")
+
+
+@pytest.mark.parametrize("rate", [30, 25])
+def test_a_single_row_comes_back(tmp_path: Path, rate: int) -> None:
+    one = Signal(("x",), np.array([[2.0]]), Fraction(rate), name="one")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        write(one, tmp_path / "one.csv")
+        again = read(tmp_path / "one.csv")
+    assert again.values.tolist() == [[2.0]]
+    # Where its rate does not come back, writing it says so, and reading it too.
+    assert [str(one.message).count("--fps") for one in told] == [1] * (1 if rate == 30 else 2)
+    assert read(tmp_path / "one.csv", rate=rate).rate == rate
 
 
 def test_limits() -> None:
@@ -327,9 +348,9 @@ def test_names_that_a_table_cannot_hold(tmp_path: Path) -> None:
 
 
 def test_one_row_cannot_say_its_rate(tmp_path: Path) -> None:
-    with pytest.warns(FormatWarning, match="can't say that the rate is 30; give it when the file is read"):
-        write(Signal(("a",), np.ones((1, 1))), tmp_path / "a.csv")
-    assert read_csv(tmp_path / "a.csv", rate=30).values.tolist() == [[1]]
+    with pytest.warns(FormatWarning, match="can't say that the rate is 25; give it when the file is read"):
+        write(Signal(("a",), np.ones((1, 1)), 25), tmp_path / "a.csv")
+    assert read_csv(tmp_path / "a.csv", rate=25).values.tolist() == [[1]]
 
 
 def test_times_at_a_decimal_of_television_mean_its_rate(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ from retime.formats.number_text import NumberTextError, parse_number, part_glued
 from retime.formats.read_options import ReadOptions
 from retime.formats.tables import Head, Layout, find_layout
 from retime.formats.tables.layout import Row
-from retime.formats.tables.time_column import TimeColumn, TimesError, numeric_times, text_times
+from retime.formats.tables.time_column import RATE_OF_ONE_ROW, TimeColumn, TimesError, numeric_times, text_times
 from retime.formats.tables.time_names import form_of_name, is_frame_name, is_time_name
 from retime.formats.tables.time_text import form_of_text
 from retime.formats.tables.time_writer import time_texts
@@ -497,6 +497,8 @@ class _Table:
             return given, None
         try:
             clock.check(_RATE_HINT)
+            if len(clock.times) == 1:
+                return given or self.layout.rate or self.rate_of_one_row(clock), None
             even = clock.even
             rate = given or (self.declared_rate(clock.rate()) if even else self.layout.rate or clock.usual_rate())
         except TimesError as error:
@@ -510,6 +512,16 @@ class _Table:
         """Prefer the rate that the head says, where the times don't contradict it."""
         declared = self.layout.rate
         return measured if declared is None or abs(declared / measured - 1) > Fraction(1, 200) else declared
+
+    def rate_of_one_row(self, clock: TimeColumn) -> Fraction:
+        """Take the usual rate where a single row says none; say so."""
+        warnings.warn(
+            f"{self.path}: a single row's {clock.name!r} gives no rate: {RATE_OF_ONE_ROW} frames a second are taken "
+            "(--fps says another)",
+            FormatWarning,
+            stacklevel=5,
+        )
+        return RATE_OF_ONE_ROW
 
     def say_form(self, clock: TimeColumn) -> None:
         """Say it, where only the size of times told in what they count, or nothing did."""

@@ -17,6 +17,8 @@ from retime.motion.rate import rate_from_step, usual_rate
 
 # Whole numbers up to here are doubles; nanoseconds since 1970 go further, and are off by less than a microsecond.
 _EXACT, _LONGEST = 2.0**53, 2.0**63
+RATE_OF_ONE_ROW = Fraction(30)
+"""Frames a second that are taken where there is one row, which says nothing of them."""
 # By these sizes times since 1970 are told: 1e11 s are three thousand years.
 _SINCE_1970: tuple[tuple[float, ClockForm], ...] = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 
@@ -88,8 +90,6 @@ class TimeColumn:
 
     def check(self, hint: str) -> None:
         """Raise TimesError where times don't rise, or are too large for one."""
-        if len(self.times) == 1:
-            raise TimesError(f"a single row's {self.name!r} gives no rate, so it must be given (--fps)")
         largest = _LONGEST if self.clock.form != "s" else _EXACT
         far = np.flatnonzero(~(np.abs(self.times) < largest))
         if len(far):

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from retime.formats.tables.time_column import form_of_values, rate_of, text_times, unit_of
+from retime.formats.tables.time_column import RATE_OF_ONE_ROW, form_of_values, rate_of, text_times, unit_of
 from retime.formats.tables.time_names import form_of_name
 from retime.formats.tables.time_text import text_writer
 from retime.motion.clock import TICKS, Clock
@@ -48,8 +48,10 @@ def time_texts(signal: Signal, name: str) -> tuple[str, list[str], bool]:
     for decimals in range(fewest, fewest + 12):
         counts = _counts(start, rate, n_frames, Fraction(ticks * 10**decimals), nearest=True)
         times = np.array(counts, dtype=np.float64) / 10.0**decimals
-        exact = n_frames > 1 and bool(np.all(np.diff(times) > 0))
-        exact = exact and rate_of(times, unit_of(times, decimals), ticks) == rate
+        exact = bool(np.all(np.diff(times) > 0))
+        # Of a single row the usual rate is taken.
+        told = rate_of(times, unit_of(times, decimals), ticks) if n_frames > 1 else RATE_OF_ONE_ROW
+        exact = exact and told == rate
         if exact:
             break
     else:
