@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from retime.motion import rotation
+from retime.motion import kinematics, rotation
+from retime.motion.contacts import contacts
+from retime.motion.flights import flights
 from retime.motion.kinematics import (
     global_poses,
     heading_positions,
@@ -153,3 +155,25 @@ class TestSize:
 
     def test_a_body_of_no_size_is_measured_in_metres(self) -> None:
         assert metres_per_unit(Motion(Skeleton(("hip",), (-1,), np.ones((1, 3))), rotation.identity(1, 1))) == 1.0
+
+
+@given(motion=motions())
+def test_long_takes_have_the_same_places_and_keep_none(motion: Motion) -> None:
+    known = global_poses(motion)
+    standing, flying = contacts(motion), flights(motion)
+    # The same motion, taken for a long one, and posed in pieces.
+    other = motion.with_rate(motion.rate)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kinematics, "_MOST_KEPT", 0)
+        patch.setattr(kinematics, "_FRAMES", 3)
+        places = kinematics.global_places(other)
+        assert places.positions.tobytes() == known.positions.tobytes()
+        assert places.end_positions.tobytes() == known.end_positions.tobytes()
+        # Whoever asks while somebody has them gets these.
+        assert kinematics.global_places(other) is places
+        assert global_poses(other).rotations.tobytes() == known.rotations.tobytes()
+        assert global_poses(other) is not global_poses(other)
+        assert np.array_equal(contacts(other).at_rest, standing.at_rest)
+        assert flights(other) == flying
+        del places
+        assert kinematics._HELD[other]() is None

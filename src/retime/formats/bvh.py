@@ -378,9 +378,9 @@ class _Rows:
         # In the order of writing, which is the motion's own where it was read from a BVH.
         self.joints = np.array(_depth_first(motion.skeleton), dtype=np.intp)
         self.layout = _Layout([declaration.channels[joint] for joint in self.joints])
-        in_order = bool(np.all(self.joints == np.arange(len(self.joints))))
-        self.rotations = motion.rotations if in_order else motion.rotations[:, self.joints]
-        self.translations = motion.local_translations if in_order else motion.local_translations[:, self.joints]
+        self.in_order = bool(np.all(self.joints == np.arange(len(self.joints))))
+        self.rotations = motion.rotations if self.in_order else motion.rotations[:, self.joints]
+        self.translations = motion.local_translations if self.in_order else motion.local_translations[:, self.joints]
         self.angles = self._angles_to_stay_near(declaration)
         offsets = motion.skeleton.offsets[self.joints].reshape(-1)
         self.held = np.setdiff1d(np.arange(len(offsets)), self.layout.position_places)
@@ -392,7 +392,7 @@ class _Rows:
     def _angles_to_stay_near(self, declaration: BvhDeclaration) -> FloatArray:
         declared = self.motion.declared_angles
         if declaration is self.motion.declaration and declared is not None:
-            return declared[:, self.joints]
+            return declared if self.in_order else declared[:, self.joints]
         angles = np.zeros((*self.rotations.shape[:2], 3))
         for turns in self.layout.turns:
             angles[:, turns.joints, : len(turns.order)] = fit_angles(turns.order, self.rotations[:, turns.joints])

@@ -21,7 +21,7 @@ from retime.errors import InvalidMotionError, OptionError
 from retime.frames import frame_positions
 from retime.motion.body import body_joints
 from retime.motion.joint_names import body_parts, near_names
-from retime.motion.kinematics import GlobalPoses, global_poses, limb_places, metres_per_unit
+from retime.motion.kinematics import GlobalPlaces, global_places, limb_places, metres_per_unit
 from retime.motion.moving import Moving
 from retime.motion.picture import contacts_html
 from retime.motion.rate import parse_rate
@@ -271,7 +271,7 @@ def contacts(
     """
     if not isinstance(motion, Moving):
         raise OptionError(f"expected contacts(motion) with a Motion, for feet stand; found {kind_of(motion)}")
-    poses = global_poses(motion)
+    poses = global_places(motion)
     scale = metres_per_unit(motion)
     rate = float(motion.rate)
     # What hangs elsewhere than below the joint that carries the body is no part of the figure.
@@ -335,7 +335,7 @@ def _joints(names: Sequence[str], name: str) -> list[int]:
 
 
 def _lowest_limbs(
-    motion: Moving, body: Sequence[int], poses: GlobalPoses, lowest: FloatArray, scale: float
+    motion: Moving, body: Sequence[int], poses: GlobalPlaces, lowest: FloatArray, scale: float
 ) -> tuple[Foot, ...]:
     """Find the ends of limbs that are among the lowest things for a good part of the time."""
     skeleton = motion.skeleton
@@ -351,7 +351,7 @@ def _lowest_limbs(
     return tuple(found)
 
 
-def _points(poses: GlobalPoses, feet: Sequence[Foot]) -> FloatArray:
+def _points(poses: GlobalPlaces, feet: Sequence[Foot]) -> FloatArray:
     """Global places of feet, shape (n_frames, n_feet, 3)."""
     points = np.empty((len(poses.positions), len(feet), 3))
     for i, foot in enumerate(feet):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from retime.arrays import BoolArray, FloatArray
 from retime.motion.body import body_of
 from retime.motion.contacts import contacts, lowest_around, runs
-from retime.motion.kinematics import GRAVITY, global_poses, metres_per_unit
+from retime.motion.kinematics import GRAVITY, global_places, metres_per_unit
 from retime.motion.moving import Moving
 
 # Seconds to either side in which the ground is looked for: captured floors are not level, and stairs are not one floor.
@@ -67,7 +67,7 @@ def flights(motion: Moving, *, clearance: float = 0.03, minimum: float = 0.06) -
     """
     motion = body_of(motion)
     rate = float(motion.rate)
-    poses = global_poses(motion)
+    poses = global_places(motion)
     scale = metres_per_unit(motion)
     heights = np.concatenate([poses.positions[:, :, 1], poses.end_positions[:, :, 1]], axis=1) * scale
     lowest = heights.min(axis=1)

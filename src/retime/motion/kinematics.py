@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
@@ -38,6 +38,24 @@ class GlobalPoses:
     __repr__ = brief_repr
 
 
+@dataclass(frozen=True, eq=False)
+class GlobalPlaces:
+    """Where joints are in global space.
+
+    Attributes
+    ----------
+    positions : float array, shape (n_frames, n_joints, 3)
+        Length units.
+    end_positions : float array, shape (n_frames, n_end_sites, 3)
+        End sites.
+    """
+
+    positions: FloatArray
+    end_positions: FloatArray
+
+    __repr__ = brief_repr
+
+
 def global_poses(motion: Moving) -> GlobalPoses:
     """Forward kinematics of every frame; Y is up in global space, whatever it is in the motion's own coordinates.
 
@@ -58,19 +76,44 @@ def global_poses(motion: Moving) -> GlobalPoses:
     """
     known = _KNOWN.get(motion)
     if known is None:
-        known = _global_poses(motion.skeleton, motion.rotations, motion.local_translations, motion.up)
-        for array in (known.positions, known.rotations, known.end_positions):
+        poses = _global_poses(motion.skeleton, motion.rotations, motion.local_translations, motion.up)
+        for array in (poses.positions, poses.rotations, poses.end_positions):
             array.setflags(write=False)
-        if known.positions.size <= _MOST_KEPT:
-            _KNOWN[motion] = known
+        if _is_long(motion):
+            return poses
+        known = _KNOWN[motion] = poses
     return known
+
+
+def global_places(motion: Moving) -> GlobalPlaces:
+    """Forward kinematics for those who need no rotations; bit for bit the places of `global_poses`."""
+    if not _is_long(motion):
+        poses = global_poses(motion)
+        return GlobalPlaces(poses.positions, poses.end_positions)
+    held = _HELD.get(motion)
+    known = None if held is None else held()
+    if known is None:
+        positions, _, end_positions = _posed(
+            motion.skeleton, motion.rotations, motion.local_translations, motion.up, rotations=False
+        )
+        for array in (positions, end_positions):
+            array.setflags(write=False)
+        known = GlobalPlaces(positions, end_positions)
+        _HELD[motion] = ref(known)
+    return known
+
+
+def _is_long(motion: Moving) -> bool:
+    return motion.n_frames * motion.skeleton.n_joints > _MOST_KEPT
 
 
 # Several stages of a job (features, flights, contacts, slip) ask for the poses of one motion, which does not change.
 # They are kept as long as the motion is there, but for takes much longer than ten minutes of a body at 120 Hz, whose
-# memory would count.
+# memory would count. Of those the places are shared by who holds them at one time.
 _KNOWN: WeakKeyDictionary[Moving, GlobalPoses] = WeakKeyDictionary()
-_MOST_KEPT = 8_000_000
+_HELD: WeakKeyDictionary[Moving, ref[GlobalPlaces]] = WeakKeyDictionary()
+# Poses of a joint.
+_MOST_KEPT = 2_500_000
 
 
 # Frames posed at once: what they need beside themselves is small.
@@ -80,12 +123,14 @@ _Z_TO_Y = rotation.about_axis(0, -np.pi / 2)
 
 
 def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: FloatArray, up: str) -> GlobalPoses:
-    n_frames, n_joints = rotations.shape[:2]
-    poses = GlobalPoses(
-        np.empty((n_frames, n_joints, 3)),
-        np.empty((n_frames, n_joints, 4)),
-        np.empty((n_frames, len(skeleton.end_sites), 3)),
-    )
+    return GlobalPoses(*_posed(skeleton, rotations, translations, up, rotations=True))
+
+
+def _posed(
+    skeleton: Skeleton, local_rotations: FloatArray, local_translations: FloatArray, up: str, *, rotations: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pose all frames: positions, rotations (left out, those of the last frames alone), positions of end sites."""
+    n_frames, n_joints = local_rotations.shape[:2]
     sites = skeleton.end_sites
     joints = PosedJoints(
         np.array(skeleton.parents, dtype=np.int64),
@@ -93,12 +138,14 @@ def _global_poses(skeleton: Skeleton, rotations: FloatArray, translations: Float
         np.array([site.offset for site in sites], dtype=np.float64).reshape(-1, 3),
         _Z_TO_Y if up == "z" else np.zeros(0),
     )
+    positions, end_positions = np.empty((n_frames, n_joints, 3)), np.empty((n_frames, len(sites), 3))
+    turns = np.empty((n_frames if rotations else min(n_frames, _FRAMES), n_joints, 4))
     for start in range(0, n_frames, _FRAMES):
-        frames = slice(start, start + _FRAMES)
-        out = poses.positions[frames], poses.rotations[frames], poses.end_positions[frames]
-        local = np.ascontiguousarray(rotations[frames]), np.ascontiguousarray(translations[frames])
-        backend(warn=False).pose_joints(joints, *local, out)
-    return poses
+        frames = slice(start, min(start + _FRAMES, n_frames))
+        out = turns[frames] if rotations else turns[: frames.stop - start]
+        local = np.ascontiguousarray(local_rotations[frames]), np.ascontiguousarray(local_translations[frames])
+        backend(warn=False).pose_joints(joints, *local, (positions[frames], out, end_positions[frames]))
+    return positions, turns, end_positions
 
 
 def limb_places(motion: Moving, points: Sequence[tuple[int, int | None]]) -> FloatArray:

@@ -390,6 +390,11 @@ class Motion:
         Motion
             `n` frames, at this motion's rate whatever the spacing of the times: the caller says what they mean.
         """
+        rotations, translations, angles = self.arrays_at(input_times)
+        return replace(self, rotations=rotations, translations=translations, first_frame=0, declared_angles=angles)
+
+    def arrays_at(self, input_times: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+        """Sample as `at` does: rotations, translations and declared angles, in new arrays that may be written to."""
         before, after, fraction = frame_positions(input_times, self.rate, self.n_frames)
         rotations = np.empty((len(fraction), *self.rotations.shape[1:]))
         translations = np.empty((len(fraction), *self.local_translations.shape[1:]))
@@ -409,7 +414,7 @@ class Motion:
         angles = self.declared_angles
         if angles is not None:
             angles = angles[np.where(fraction < 0.5, before, after)]
-        return replace(self, rotations=rotations, translations=translations, first_frame=0, declared_angles=angles)
+        return rotations, translations, angles
 
 
 def _quaternions(rotations: FloatArray, n_joints: int, form: RotationForm) -> FloatArray:

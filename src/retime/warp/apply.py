@@ -21,6 +21,8 @@ from retime.motion.motion import Motion
 from retime.motion.rate import RateLike
 from retime.motion.signal import Signal, signal_of
 from retime.warp.averaging import (
+    JointGroup,
+    Windows,
     average_channels,
     average_columns,
     average_rotations,
@@ -157,29 +159,37 @@ def resampled(
     _refuse_too_large(motion, warp)
     output_times = output_frame_times(warp, float(motion.rate))
     input_times = warp(output_times)
-    result = motion.at(input_times)
     windows = windows_of(motion, warp, output_times, input_times, loop=loop) if average else None
-    if windows is None or not windows.any_open:
-        return replace(result, first_frame=motion.first_frame)
-    if isinstance(result, Signal):
-        assert isinstance(motion, Signal)
-        values = average_channels(result.values, motion, windows)
-        return replace(result, values=values, first_frame=motion.first_frame)
-    assert isinstance(motion, Motion)
-    groups = joint_groups(motion, windows, find_contacts(motion) if contacts == "find" else contacts)
-    translations = result.local_translations.copy()
+    if windows is not None and not windows.any_open:
+        windows = None
+    if isinstance(motion, Signal):
+        values = motion.at(input_times).values
+        return replace(motion, values=values if windows is None else average_channels(values, motion, windows))
+    rotations, translations, angles = motion.arrays_at(input_times)
+    if windows is not None:
+        standing = find_contacts(motion) if contacts == "find" else contacts
+        _average_motion(
+            rotations, translations, motion, windows, joint_groups(motion, windows, standing), keep_root_path
+        )
+    return replace(motion, rotations=rotations, translations=translations, declared_angles=angles)
+
+
+def _average_motion(
+    rotations: FloatArray,
+    translations: FloatArray,
+    motion: Motion,
+    windows: Windows,
+    groups: list[JointGroup],
+    keep_root_path: bool,
+) -> None:
+    """Average what was sampled of a motion, in place: a long take has no room for another copy."""
     # Joints that stay where they are in their parents, as most do, have nothing to average.
     moving = np.any(motion.local_translations != motion.local_translations[0], axis=(0, 2))
     moving[list(windows.roots)] &= not keep_root_path
     for group in groups:
         for joints, half in windows.of(group.joints, group.half):
             average_columns(translations, motion.local_translations, joints[moving[joints]], windows, half)
-    return replace(
-        result,
-        rotations=average_rotations(result.rotations, motion, windows, groups),
-        translations=translations,
-        first_frame=motion.first_frame,
-    )
+    average_rotations(rotations, motion, windows, groups)
 
 
 def quietly_applied(signal: Signal, warp: Warp, *, average: bool) -> Signal:

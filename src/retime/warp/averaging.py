@@ -251,13 +251,12 @@ def _beside_gaps(
     return found
 
 
-def average_rotations(sampled: FloatArray, motion: Motion, windows: Windows, groups: list[JointGroup]) -> FloatArray:
-    """Turn each joint, in space, as the pose averaged over its window would have it."""
+def average_rotations(rotations: FloatArray, motion: Motion, windows: Windows, groups: list[JointGroup]) -> None:
+    """Turn each joint, in space, as the pose averaged over its window would have it; sampled rotations change."""
     parents = motion.skeleton.parents
-    poses = [_average_pose(sampled, motion, windows, group) for group in groups]
+    poses = [_average_pose(rotations, motion, windows, group) for group in groups]
     # The averaged pose that each joint belongs to; for all of them first, as a parent may be in a later group.
     turned_by = {joint: pose for group, pose in zip(groups, poses, strict=True) for joint in group.joints.tolist()}
-    rotations = sampled.copy()
     for group, pose in zip(groups, poses, strict=True):
         fast = np.flatnonzero(group.half > CLOSED)
         for joint in group.joints.tolist():
@@ -267,7 +266,6 @@ def average_rotations(sampled: FloatArray, motion: Motion, windows: Windows, gro
                 there, here = (_turn_in_space(each, parents, parent, fast) for each in (turned_by[parent], pose))
                 own = rotation.multiply(rotation.multiply(rotation.conjugate(there), here), own)
             rotations[fast, joint] = own
-    return rotations
 
 
 def _turn_in_space(pose: Mapping[int, FloatArray], parents: Sequence[int], joint: int, frames: IntArray) -> FloatArray:
