@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import retime
+from retime.motion import rotation
 from retime.motion.motion import Motion
 from retime.search.poses.spaces import Track
 from retime.search.poses.vectors import pose_vectors
@@ -129,3 +130,29 @@ def motion(n_frames: int) -> Motion:
     span = float(sample.end_time)
     times = np.arange(n_frames) / 120.0
     return sample.at(span - np.abs(times % (2 * span) - span)).with_rate(Fraction(120))
+
+
+def long_motion(n_frames: int) -> Motion:
+    """Join a motion of any length at 120 Hz: forward and backward, at other speeds each time, with noise in its turns.
+
+    No two frames are alike, as in a capture.
+    """
+    base, generator = motion(2000), np.random.default_rng(0)
+    span, back = base.end_time, False
+    parts: list[Poses] = []
+    while sum(map(len, parts)) < n_frames:
+        times = np.arange(0, span, generator.uniform(0.8, 1.25) / 120)
+        parts.append(span - times if back else times)
+        back = not back
+    times = np.concatenate(parts)[:n_frames]
+    rotations = np.empty((n_frames, *base.rotations.shape[1:]))
+    translations = np.empty((n_frames, *base.local_translations.shape[1:]))
+    # An hour of them needs no memory beside itself.
+    for start in range(0, n_frames, 4096):
+        some = slice(start, start + 4096)
+        here = base.at(times[some])
+        noise = generator.normal(scale=5e-4, size=(*here.rotations.shape[:2], 3))
+        turns = np.concatenate([np.ones((*noise.shape[:2], 1)), noise], axis=-1)
+        rotations[some] = rotation.multiply(here.rotations, turns)
+        translations[some] = here.local_translations
+    return Motion(base.skeleton, rotations, translations, base.rate, name="take", declaration=base.declaration)

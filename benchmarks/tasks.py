@@ -347,6 +347,18 @@ def whole_retime(motion: str, output: str, *, length: str) -> Run:
     return run
 
 
+def copy_retime(motion: str, output: str) -> Run:
+    """Read and write with retime, in this process."""
+
+    def run(stages: Stages) -> None:
+        clip = read(motion)
+        stages.lap("read")
+        write(clip, output, overwrite=True)
+        stages.lap("write")
+
+    return run
+
+
 def whole_pybvh(motion: str, output: str) -> Run:
     """Read and write with pybvh, in this process."""
     import warnings
@@ -368,8 +380,8 @@ def whole_pybvh(motion: str, output: str) -> Run:
 TASKS: dict[str, Callable[..., Run]] = {
     task.__name__: task
     for task in (
-        copy, gdtw, gemm, index, path_work, peer, peer_path, read_through, retime, retime_path, save_scores, session,
-        subtract, whole_pybvh, whole_retime,
+        copy, copy_retime, gdtw, gemm, index, path_work, peer, peer_path, read_through, retime, retime_path,
+        save_scores, session, subtract, whole_pybvh, whole_retime,
     )
 }  # fmt: skip
 

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PEERS = ("faiss", "gdtw", "numba", "sklearn")
+PEERS = ("faiss", "gdtw", "numba", "pybvh", "sklearn")
+RESULTS = ("sizes", "growth", "targets", "long_takes")
 
 
 def _tool():
@@ -29,7 +30,7 @@ def results(tmp_path_factory):
     for peer in PEERS:
         (folder / f"{peer}.py").write_text(f"raise ModuleNotFoundError('hidden', name={peer!r})\n")
     python_path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
-    for name in ("sizes", "growth", "targets"):
+    for name in RESULTS:
         subprocess.run(
             [sys.executable, ROOT / "benchmarks" / f"bench_{name}.py", "--quick", "--results", folder],
             env={**os.environ, "PYTHONPATH": python_path},
@@ -38,13 +39,21 @@ def results(tmp_path_factory):
             text=True,
             timeout=240,
         )
-    return {name: json.loads((folder / f"{name}.json").read_text()) for name in ("sizes", "growth", "targets")}
+    return {name: json.loads((folder / f"{name}.json").read_text()) for name in RESULTS}
 
 
 def test_missing_peers_are_named(results) -> None:
     assert results["sizes"]["left_out"]["faiss flat"] == "faiss is not installed"
     assert results["sizes"]["left_out"]["gdtw"] == "gdtw is not installed"
     assert results["targets"]["rows"][0]["text"] == "sklearn is not installed"
+
+
+def test_long_takes_are_compared_with_what_is_there(results) -> None:
+    rows = {row["what"]: row for row in results["long_takes"]["rows"]}
+    assert rows["reading and writing, against pybvh"]["text"] == "pybvh is not installed"
+    still = rows["the same on a clip in which nothing moves, against one that moves"]
+    assert set(still["ratios"]) == {"total", "processor"}
+    assert rows["the most memory of the whole command, 600 frames"]["bytes"][0] > 1e7
 
 
 def test_every_way_to_the_path_finds_the_same_total(results) -> None:
@@ -58,6 +67,7 @@ def test_the_page_can_be_made_of_the_results(results) -> None:
     page = _tool().page({"version": "0", **results})
     assert "| V1 | 50 |" in page
     assert "not measured" in page
+    assert "## Long takes" in page
 
 
 def test_the_page_is_up_to_date() -> None:
