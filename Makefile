@@ -23,7 +23,7 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core extras test-extras blender test-blender extension format lint types scripts docs bench study lock clean FORCE
+.PHONY: help install page demo test check core extras test-extras blender test-blender extension format lint types scripts docs sanitize bench study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -113,6 +113,19 @@ endif
 
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py examples/choosing.py examples/formats.py; do $(PY) $$script; done
+
+# The kernels built with checks of addresses and of undefined behaviour. Python itself has none, so the checks' library
+# comes first; what Python never frees is no leak of ours.
+SANITIZE := $(VENV)/sanitize
+SANITIZED ?= tests/kernels tests/formats/test_number_rows.py tests/formats/test_number_text.py tests/fuzz/test_number_rows_fuzz.py \
+	tests/formats/test_bvh_write.py tests/search/test_scores.py tests/search/test_path.py tests/search/test_priced_search.py tests/motion/test_kinematics.py
+sanitize: $(INSTALLED)  ## Run the kernels' tests with sanitizers (GCC or clang on Linux); SANITIZED=... names others
+	$(VENV)/bin/cmake -S . -B $(SANITIZE) -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(VENV)/bin/ninja) -DCMAKE_BUILD_TYPE=Debug \
+		-DPython_EXECUTABLE=$(abspath $(PY)) -DCMAKE_CXX_FLAGS="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined"
+	$(VENV)/bin/cmake --build $(SANITIZE)
+	LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" \
+		ASAN_OPTIONS=detect_leaks=0 RETIME_KERNELS=$$(ls $(SANITIZE)/_kernels*.so) \
+		$(PY) -m pytest -p tests.sanitized $(SANITIZED)
 
 DATA ?= ../shared/mocap
 
