@@ -197,9 +197,12 @@ def _try_fbx(path: Path, data: bytes, warp: Warp, outcomes: Counter[str]) -> Non
     if outcomes["read"] % 4:
         return
     # What was written is read again; and now and then it is baked.
-    fbx.read(path, new, _OPTIONS)
     baked = fbx.bake(path, data, {names[0]: Warp([0.0, 0.5], [0.0, 1.0])}, _OPTIONS, average=clip.n_frames % 2 == 0)
-    fbx.read(path, baked[""], _OPTIONS)
+    for written in (new, baked[""]):
+        try:
+            fbx.read(path, written, _OPTIONS)
+        except FormatError as error:
+            raise AssertionError(f"what was written is refused: {error}") from error
 
 
 def run(count: int, seed: int = 0, kind: str = "gltf") -> Counter[str]:

@@ -630,6 +630,43 @@ def test_a_cut_file_is_noticed(layout: str) -> None:
             fbx.read(PLACE, data[:size], ReadOptions())
 
 
+def test_what_programs_read_in_more_than_one_way_is_said() -> None:
+    turn = {"X": track([0.0, 1.0], [0.0, 90.0], LINEAR)}
+
+    def said(change, retime_too: bool = False) -> list[str]:
+        made = Builder()
+        limb = made.model("limb", **change.get("limb", {}))
+        stack = made.stack("take")
+        made.animate(made.layer(stack), limb, "Lcl Rotation", turn)
+        if "layer" in change:
+            made.animate(made.layer(stack, "top", **change["layer"]), limb, "Lcl Rotation", turn)
+        if "other" in change:
+            made.add(*change["other"])
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            if retime_too:
+                retimed(made.binary(), Warp([0.0, 2.0], [0.0, 1.0]))
+            else:
+                fbx.read(PLACE, made.binary(), ReadOptions(rate=10))
+        return [str(one.message) for one in found]
+
+    assert said({}) == []
+    for change, words in (
+        ({"limb": {"QuaternionInterpolate": 1}}, "interpolated as quaternions"),
+        ({"limb": {"PreRotation": [1.0, 2.0, 3.0]}}, "RotationActive switches off"),
+        ({"limb": {"RotationOrder": 6}}, "spheric order"),
+        ({"layer": {"Mute": 1}}, "muted layers are not shown: top"),
+        ({"layer": {"Solo": 1}}, "marked solo"),
+        ({"layer": {"BlendMode": 1, "Weight": 50.0}}, "overrides those below it"),
+        ({"other": ("Constraint", "aim", "Constraint")}, "has constraints"),
+    ):
+        (message,) = said(change)
+        assert words in message
+    for kind, words in (("Audio", "sound keep their timing"), ("Cache", "caches of moving points keep their timing")):
+        assert words in said({"other": (kind, "more", kind)}, retime_too=True)[0]
+    assert "cut as angles" in said({"limb": {"QuaternionInterpolate": 1}}, retime_too=True)[0]
+
+
 def test_odd_but_legal_text_is_read() -> None:
     made = one_curve(track([0.0, 1.0], [0.5, 1.0], LINEAR))
     plain = fbx.read(PLACE, made.ascii(), ReadOptions(rate=10))
@@ -639,6 +676,15 @@ def test_odd_but_legal_text_is_read() -> None:
     assert isinstance(plain, Motion)
     assert isinstance(found, Motion)
     np.testing.assert_array_equal(found.local_translations, plain.local_translations)
+    # Attributes may be written as what their bits mean.
+    curved = one_curve(track([0.0, 1.0], [0.0, 1.0], CUBIC | USER, slopes=[[2.5, 0.5], [0.0, 0.0]])).ascii()
+    bits = ",".join(str(one) for one in np.array([2.5, 0.5], "<f4").view("<i4")).encode()
+    assert bits in curved
+    plain = fbx.read(PLACE, curved, ReadOptions(rate=10))
+    found = fbx.read(PLACE, curved.replace(bits, b"2.5,0.5"), ReadOptions(rate=10))
+    assert isinstance(plain, Motion)
+    assert isinstance(found, Motion)
+    np.testing.assert_allclose(found.local_translations, plain.local_translations, atol=1e-6)
     # A comment may hold what looks like a record, a text what looks like a comment or a brace.
     named = made.ascii().replace(b'"Model::limb"', b'"Model::a; }{ limb"')
     assert fbx.read(PLACE, named, ReadOptions(rate=10)).skeleton.names == ("a; }{ limb",)

@@ -8,13 +8,14 @@ from the keys beside them. What the rules are was taken from files of Maya and f
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
+from retime.errors import FormatError
 from retime.formats.curves.fbx_file import FbxFile, Record
 from retime.formats.curves.fbx_scene import Item
 from retime.warp.cutting import CurveBatch, SegmentKind
@@ -161,12 +162,24 @@ def _parts(
     times = file.array(parts[0], "l")
     values = file.array(parts[1], "fd")
     flags = file.array(parts[2], "i")
-    # In text the bits are written as whole numbers from version 7200 on.
-    data = file.array(parts[3], "if" if file.version >= 7200 else "fi")
+    data = _attributes(file, parts[3])
     runs = file.array(parts[4], "i")
     letters = ("l", "d" if values.dtype.itemsize == 8 else "f", "i", "f" if data.dtype.kind == "f" else "i", "i")
     pre, post = (_extrapolation(file, by_name.get(name)) for name in ("Pre-Extrapolation", "Post-Extrapolation"))
     return CurveRecords(item, parts, letters, pre, post), (times, values, flags, data.view(np.uint32), runs)
+
+
+def _attributes(file: FbxFile, record: Record) -> NDArray[Any]:
+    """Return what keys say of their tangents, as 32 bits each.
+
+    In text these are whole numbers from version 7200 on; some programs write what the bits mean even then.
+    """
+    if file.version < 7200:
+        return file.array(record, "fi")
+    try:
+        return file.array(record, "if")
+    except FormatError:
+        return file.array(record, "f")
 
 
 def _extrapolation(file: FbxFile, record: Record | None) -> Extrapolation:

@@ -43,8 +43,6 @@ _NO_RATE = Fraction(30)
 # A rate that many times the scene's is finer, not the same one written otherwise.
 _FINER = Fraction(3, 2)
 _IGNORE_PARENT_SCALE = 2
-# Timing that lies in other files, or beside curves, and stays as it is.
-_OTHER_CLOCKS = {"Audio": "sound", "AudioLayer": "sound", "Cache": "caches of moving points"}
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,13 @@ from retime.formats.curves.fbx_file import Record, Value
 from retime.formats.curves.fbx_keys import new_keys
 from retime.formats.curves.fbx_scene import FbxScene, Stack
 from retime.formats.curves.fbx_span import StackCurves, extended
+from retime.formats.curves.fbx_values import quaternion_doubt
 from retime.warp.curve import Warp
 from retime.warp.cutting import cut_curves
 
 _Changes = dict[tuple[Record, int], Value]
+# What has a timing of its own, beside the curves.
+_OTHER_CLOCKS = {"Audio": "sound", "AudioLayer": "sound", "Cache": "caches of moving points"}
 
 
 def cut_keys(scene: FbxScene, curves: StackCurves, warp: Warp) -> tuple[Keys, list[int]]:
@@ -61,6 +64,14 @@ def retimed(scene: FbxScene, done: list[tuple[StackCurves, Warp, Keys, list[int]
             FormatWarning,
             stacklevel=2,
         )
+    others = sorted({_OTHER_CLOCKS[item.kind] for item in scene.items.values() if item.kind in _OTHER_CLOCKS})
+    if others:
+        warnings.warn(
+            f"{scene.file.path}: the scene's {' and '.join(others)} keep their timing", FormatWarning, stacklevel=2
+        )
+    doubt = quaternion_doubt(scene, [curves for curves, *_ in done])
+    if doubt:
+        warnings.warn(f"{scene.file.path}: {doubt}; they are cut as angles", FormatWarning, stacklevel=2)
     _settings_changes(scene, done, changes)
     return scene.file.rewritten(changes)
 

@@ -136,6 +136,22 @@ def degrees(order: str, turned: FloatArray, near: FloatArray | None = None) -> F
     return angles
 
 
+def quaternion_doubt(scene: FbxScene, stacks: list[StackCurves]) -> str:
+    """Say which nodes have rotations that some programs interpolate as quaternions; "" where none has."""
+    found = {
+        item.name
+        for curves in stacks
+        for layer in curves.stack.layers
+        for node in layer.nodes
+        for item, name in node.targets
+        if name == ROTATION and node.curves and scene.whole(item, "QuaternionInterpolate", 0)
+    }
+    if not found:
+        return ""
+    some = ", ".join(sorted(found)[:3]) + (" ..." if len(found) > 3 else "")
+    return f"rotations of {len(found)} nodes ({some}) ask to be interpolated as quaternions, which few programs do"
+
+
 def stack_values(scene: FbxScene, curves: StackCurves, times: FloatArray) -> tuple[StackValues, list[str]]:
     """Evaluate all curves of a stack at some times.
 
@@ -167,6 +183,9 @@ def stack_values(scene: FbxScene, curves: StackCurves, times: FloatArray) -> tup
             and scene.numbers(layer.item, "Weight", (100.0,))[0] < 99
         ):
             doubts.append(f"layer {layer.item.name!r} overrides those below it with a weight, which is not followed")
+    doubt = quaternion_doubt(scene, [curves])
+    if doubt:
+        doubts.append(doubt)
     by_target: dict[tuple[int, str], list[tuple[Layer, CurveNode]]] = {}
     for layer in used:
         for node in layer.nodes:

@@ -54,15 +54,18 @@ class _Node:
         """Return the record's bytes, for where it will stand: heads say where records end."""
         values = b"".join(encoded(value, packed=True) for value in self.values)
         head = _HEAD.size + len(self.name)
-        inner = b""
+        inner: list[bytes] = []
+        end = place + head + len(values)
         for child in self.children:
-            inner += child.bytes_at(place + head + len(values) + len(inner))
+            inner.append(child.bytes_at(end))
+            end += len(inner[-1])
         if inner or not self.values:
-            inner += b"\0" * _HEAD.size
-        end = place + head + len(values) + len(inner)
+            inner.append(b"\0" * _HEAD.size)
+            end += _HEAD.size
         if end >= 2**32:
             raise FormatError("the motion is too long for one FBX file (4 GiB)")
-        return _HEAD.pack(end, len(self.values), len(values), len(self.name)) + self.name.encode() + values + inner
+        first = _HEAD.pack(end, len(self.values), len(values), len(self.name))
+        return b"".join([first, self.name.encode(), values, *inner])
 
 
 def _text(text: str) -> Value:
