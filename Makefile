@@ -23,12 +23,12 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core extras test-extras blender test-blender extension format lint types scripts docs sanitize bench study lock clean FORCE
+.PHONY: help install page demo test check core extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
 help:  ## Say what there is to make
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 install: $(INSTALLED)  ## Set up .venv with retime in it, editable, and the editor's page; build again what changed
 ifeq ($(NPM_WORKS),yes)
@@ -97,13 +97,17 @@ BUILDER := $(VENV)/blender-$(lastword $(VERSIONS))
 IN_BLENDER := tests/blender/in_blender
 
 ifeq ($(PYTHON311),)
-blender test-blender extension:
+blender test-blender extension blender-pictures:
 	@echo "Found no Python 3.11, which bpy needs: make $@ PYTHON311=/path/to/python3.11"
 else
 blender: $(BLENDER_MADE)  ## Set up .venv/blender-4.5 with Blender as a module (VERSIONS="4.2 4.5 5.0": all three)
 
 extension: $(INSTALLED) $(BLENDER_MADE)  ## Build the Blender extension into build/extension, by Blender's own builder
 	$(PY) tools/build_extension.py $(BUILDER)
+
+blender-pictures: extension  ## Render the pictures of docs/blender.md in Blender
+	$(BUILDER)/bin/python tools/blender_pictures.py $(firstword $(wildcard build/extension/retime-*_*.zip) \
+		$(wildcard build/extension/retime-*.zip))
 
 test-blender: extension  ## Install the extension in Blender and run its tests (VERSIONS="4.2 4.5 5.0": in all three)
 	set -e; for version in $(VERSIONS); do echo "Blender $$version"; \

@@ -15,6 +15,8 @@ from retime.motion.skeleton import EndSite, Skeleton
 
 # Fewer deforming bones than this are no figure: then all bones count.
 _FEWEST = 3
+# Metres. A figure that stands lower or higher than this was brought in at some scale, such as centimetres.
+_SMALLEST, _LARGEST = 0.2, 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +90,7 @@ def figure_of(
     name : str
         What to call it.
     metres_per_unit : float
-        The scene's unit.
+        The scene's unit. A figure whose size says that nobody minded the unit is measured by itself.
     root : str, optional
         The bone that carries the body; left out, it is found.
 
@@ -112,10 +114,10 @@ def figure_of(
     scale = np.linalg.norm(world[0, :3, :3], axis=0).mean()
     sites = tuple(EndSite(leaf, (0.0, float(bones.lengths[leaf - 1] * scale), 0.0)) for leaf in leaves)
     # Two joints must not share a name that the root is found by.
+    tall = float(np.ptp(places[0, 1:, 2]))
+    known = metres_per_unit if _SMALLEST < tall * metres_per_unit < _LARGEST else None
     skeleton = Skeleton((f"{name} (object)", *bones.names), tuple(all_parents), _offsets(bones, scale), sites)
-    return Motion(
-        skeleton, rotations, translations, rate, name, metres_per_unit=metres_per_unit, up="z", root=root or None
-    )
+    return Motion(skeleton, rotations, translations, rate, name, metres_per_unit=known, up="z", root=root or None)
 
 
 def _offsets(bones: Bones, scale: float) -> FloatArray:
