@@ -31,6 +31,7 @@ are null.
 | `example` | of `imitate` only: the frames retimed by hand, as given |
 | `example_clip` | of `imitate` only: the clip in which they lie, where that is another; else null |
 | `coverage` | of `imitate` only: how much of the clip the example speaks for (below); null with `--paper` |
+| `beats` | with `--keys-from` only: for each beat its time, and the `accent` that falls on it (null: none) |
 | `variant` | with `--variants` only, where each has a line: its number, from 1 |
 | `input_frames`, `input_rate`, `input_seconds` | frames used of the input, rate in Hz, and length: frames / rate |
 | `output_frames`, `output_rate`, `output_seconds` | the same of the output |

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from retime.cli.beat_options import keys_from_option, keys_on_option
 from retime.cli.clip_options import PATH, ClipOptions, clip_options, hint_at_up, parsed
 from retime.cli.found_warp import FoundWarp, deliver
 from retime.cli.help_sections import Option, SectionedCommand
@@ -23,10 +25,12 @@ from retime.motion.grammar import WrittenKey, parse_frame_range, parse_number
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
+    from retime.cli.beat_options import BeatKeys
     from retime.motion.any_motion import AnyMotion
     from retime.search.poses.references import Reference
     from retime.search.result import GuidedWarp
     from retime.warp.curve import Warp
+    from retime.warp.keytime import Keytime
 
 
 def _reference_weight(text: str) -> float:
@@ -48,6 +52,8 @@ class _Request:
     reference_weight: tuple[float, ...]
     reference_fps: Fraction | None
     keys: tuple[WrittenKey, ...]
+    keys_from: Path | None
+    keys_on: str | None
     method: str
     repeat: float | None
     variants: int | None
@@ -61,6 +67,11 @@ class _Request:
     def check(self) -> None:
         """Refuse, before anything is read, what can't end well."""
         self._check_variants()
+        if self.keys_from is None and self.keys_on is not None:
+            raise OptionError("--keys-on needs --keys-from FILE")
+        if self.keys_from is not None and (self.method == "align" or self.group):
+            other = "--group" if self.group else "--method align"
+            raise OptionError(f"--keys-from puts one clip's accents on beats: it can't be combined with {other}")
         if self.method == "align":
             self._check_align()
         elif self.repeat is not None:
@@ -104,7 +115,7 @@ class _Request:
             raise OptionError("--group finds one warp on several clips: name the others with --also CLIP=OUT")
         if self.group and self.reference:
             raise OptionError("--group moves like itself: it can't be combined with --reference")
-        inputs = [self.clip_options.skeleton, *self._map_files(), *self.reference]
+        inputs = [self.clip_options.skeleton, *self._map_files(), *self.reference, self.keys_from]
         for outputs in self.places:
             outputs.check(self.clip, inputs, self.clip_options.array)
 
@@ -129,7 +140,12 @@ class _Request:
             return
         if self.method != "guided":
             raise OptionError(f"--variants are guided warps: not with --method {self.method}")
-        refused = ["--key"] * bool(self.keys) + ["--group"] * self.group + ["--also"] * bool(self.outputs.also)
+        refused = (
+            ["--key"] * bool(self.keys)
+            + ["--keys-from"] * (self.keys_from is not None)
+            + ["--group"] * self.group
+            + ["--also"] * bool(self.outputs.also)
+        )
         refused += flags_of(
             name for name in self.search if name in ("length", "min_length", "max_length", "free_weight")
         )
@@ -261,7 +277,14 @@ _EXAMPLES = (
     default_text="80%..120%",
     help="The shortest and the longest of the variants.",
 )
-@search_options(usual={"length": "as the input"}, beside=WISHES_BESIDE | {"keep_flights": FLIGHT_OPTIONS})
+@search_options(
+    usual={"length": "as the input"},
+    beside=WISHES_BESIDE
+    | {
+        "keep_flights": FLIGHT_OPTIONS,
+        "length": (*WISHES_BESIDE["length"], keys_from_option, keys_on_option),
+    },
+)
 @wish_options
 @reference_options
 @click.option(
@@ -299,11 +322,44 @@ def command(**given: Any) -> None:
             facts = {"references": [str(reference) for reference in request.reference], "variant": number}
             deliver(found, outputs, stages, facts)
         return
-    with stages.stage("search", "searching"):
-        warp, search = _find(request, [clip, *(other for other, _ in others if other is not None)], references)
+    together = [clip, *(other for other, _ in others if other is not None)]
+    said: dict[str, Any] = {"references": [str(reference) for reference in request.reference]}
+    beats: BeatKeys | None = None
+    if request.keys_from is None:
+        with stages.stage("search", "searching"):
+            warp, search = _find(request, together, references)
+    else:
+        with stages.stage("read", "finding beats"):
+            request, beats = _on_beats(request, clip)
+        with stages.stage("search", "searching"):
+            warp, search = beats.searched(lambda keys: _find(request, together, references, keys))
+        said["beats"] = beats.facts()
     warp = replace(warp, name=clip.name)
     found = FoundWarp(request.clip, request.clip_options, clip, others, request.method, warp, search)
-    deliver(found, request.outputs, stages, {"references": [str(reference) for reference in request.reference]})
+    deliver(found, request.outputs, stages, said)
+    if beats is not None and not (request.outputs.quiet or request.outputs.as_json):
+        say_table(beats.rows())
+
+
+def _on_beats(request: _Request, clip: AnyMotion) -> tuple[_Request, BeatKeys]:
+    """Match a clip's accents with beats; where no length is given, what comes after the last match keeps its speed."""
+    from retime.cli.beat_options import beat_keys
+    from retime.search.keytimes import as_keytimes
+    from retime.search.written import search_arguments
+
+    assert request.keys_from is not None
+    if request.search.get("length") == "free":
+        raise OptionError("--keys-from fixes the length with its last beat: leave --length free out")
+    keys = [key.at(clip.rate) for key in request.keys]
+    length = search_arguments(request.search, clip.rate).get("length")
+    end = None if length is None else as_keytimes(clip, length, [])[-1].output_time
+    given = as_keytimes(clip, length, keys)[1:-1]
+    found = beat_keys(request.keys_from, request.keys_on, clip, given, end)
+    if length is None:
+        last = found.matches[-1]
+        seconds = last.beat.time + clip.end_time - last.accent.time + float(1 / clip.rate)
+        request = replace(request, search={**request.search, "length": seconds})
+    return request, found
 
 
 def _animations(request: _Request) -> list[str]:
@@ -393,15 +449,17 @@ def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:
     return found
 
 
-def _find(request: _Request, clips: list[AnyMotion], references: list[Reference]) -> tuple[Warp, GuidedWarp | None]:
-    """Find the warp by the method asked for."""
+def _find(
+    request: _Request, clips: list[AnyMotion], references: list[Reference], beats: Sequence[Keytime] = ()
+) -> tuple[Warp, GuidedWarp | None]:
+    """Find the warp by the method asked for; `beats` are more keytimes."""
     from retime.search.align import align
     from retime.search.guided import guided_warp
     from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
     from retime.warp.spline import linear_warp, spline_warp
 
     clip = clips[0]
-    keys = [key.at(clip.rate) for key in request.keys]
+    keys = [key.at(clip.rate) for key in request.keys] + [(key.input_time, key.output_time) for key in beats]
     if request.method in ("guided", "align"):
         options = _options(request, clip)
         if request.method == "align":

@@ -192,7 +192,19 @@ def _features(job: dict[str, Any], tell: _Teller) -> None:
         find_features(path, source, fps, Report(tell))
 
 
-_DOES = {"retime": _retime, "features": _features}
+def _sound(job: dict[str, Any], tell: _Teller) -> None:
+    """Write a file's sound as plain samples."""
+    _load_everything()
+    from retime.media.beats import write_samples
+    from retime.media.work import Report
+
+    path = Path(job["path"])
+    with path.open("rb") as source, Path(job["beside"]).open("wb") as target, tempfile.TemporaryFile() as spool:
+        _lock_up(0)
+        write_samples(path, source, target, spool, Report(tell))
+
+
+_DOES = {"sound": _sound, "retime": _retime, "features": _features}
 
 if __name__ == "__main__":
     main()
