@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
-from retime.formats.bvh_frames import Frames, parse_frames
-from retime.formats.bvh_hierarchy import CHANNELS, Hierarchy, parse_hierarchy
+from retime.formats.bvh_frames import parse_frames
+from retime.formats.bvh_hierarchy import CHANNELS, parse_hierarchy
 from retime.formats.number_text import format_table
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import Lines, without_byte_order_mark, without_end_padding
@@ -94,40 +94,58 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
     hierarchy = parse_hierarchy(lines, options)
     if hierarchy.encoding != "utf-8":
         _warn(path, "the joint names are not UTF-8; read as Latin-1")
-    return _motion(hierarchy, parse_frames(lines, hierarchy, options), path.stem)
-
-
-def _motion(hierarchy: Hierarchy, frames: Frames, name: str) -> Motion:
     skeleton = Skeleton(hierarchy.names, hierarchy.parents, np.array(hierarchy.offsets), hierarchy.end_sites)
-    layout = _Layout(hierarchy.channels)
-    shape = (frames.n_frames, skeleton.n_joints)
-    translations, angles, rotations = np.empty((*shape, 3)), np.zeros((*shape, 3)), np.empty((*shape, 4))
-    coordinates = translations.reshape(len(translations), -1)
-    kernels = backend(warn=False)
-    start = 0
-    while frames.blocks:
-        # Each block is let go when it is done, so that a long take does not lie in memory twice.
-        block = frames.blocks.popleft()
-        rows = slice(start, start + len(block))
-        translations[rows] = skeleton.offsets
-        coordinates[rows, layout.position_places] = block[:, layout.position_columns]
-        for turns in layout.turns:
-            if turns.threefold is not None:
-                kernels.turn_joints(block, turns.threefold, angles[rows], rotations[rows])
-                continue
-            radians = rotation.radians(turns.take(block))
-            angles[rows, turns.joints, : len(turns.order)] = radians
-            rotations[rows, turns.joints] = rotation.from_euler(turns.order, radians)
-        start = rows.stop
+    joints = _Joints(skeleton, _Layout(hierarchy.channels))
+    frames = parse_frames(lines, hierarchy, options, joints.take)
+    rotations, translations, angles = joints.arrays()
     return Motion(
         skeleton,
         rotations,
         translations,
         frames.rate,
-        name=name,
+        name=path.stem,
         declaration=BvhDeclaration("bvh", hierarchy.channels, frames.frame_time, encoding=hierarchy.encoding),
         declared_angles=angles,
     )
+
+
+class _Joints:
+    """Rotations, translations and angles of joints, made of frames as these come."""
+
+    def __init__(self, skeleton: Skeleton, layout: _Layout) -> None:
+        self.skeleton, self.layout = skeleton, layout
+        self.n_frames = 0
+        self.rotations, self.translations, self.angles = self._room(0)
+
+    def _room(self, n_frames: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        shape = (n_frames, self.skeleton.n_joints)
+        return np.empty((*shape, 4)), np.empty((*shape, 3)), np.zeros((*shape, 3))
+
+    def take(self, table: FloatArray, more: int) -> None:
+        """Take frames, shape (n, n_channels); about so many more will follow."""
+        rows = slice(self.n_frames, self.n_frames + len(table))
+        if rows.stop > len(self.rotations):
+            before, room = self.arrays(), self._room(rows.stop + more)
+            for array, known in zip(room, before, strict=True):
+                array[: self.n_frames] = known
+            self.rotations, self.translations, self.angles = room
+        self.n_frames = rows.stop
+        layout, rotations, angles = self.layout, self.rotations[rows], self.angles[rows]
+        self.translations[rows] = self.skeleton.offsets
+        coordinates = self.translations[rows].reshape(len(table), -1)
+        coordinates[:, layout.position_places] = table[:, layout.position_columns]
+        for turns in layout.turns:
+            if turns.threefold is not None:
+                backend(warn=False).turn_joints(table, turns.threefold, angles, rotations)
+                continue
+            radians = rotation.radians(turns.take(table))
+            angles[:, turns.joints, : len(turns.order)] = radians
+            rotations[:, turns.joints] = rotation.from_euler(turns.order, radians)
+
+    def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return rotations, translations and angles of the frames that came."""
+        n = self.n_frames
+        return self.rotations[:n], self.translations[:n], self.angles[:n]
 
 
 @dataclass(frozen=True, eq=False)

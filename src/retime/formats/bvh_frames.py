@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from os import fspath
@@ -13,7 +13,6 @@ from typing import NoReturn
 import numpy as np
 
 from retime.arrays import FloatArray
-from retime.brief import brief_repr
 from retime.errors import FormatWarning
 from retime.formats.bvh_hierarchy import Hierarchy
 from retime.formats.number_rows import parse_rows
@@ -37,7 +36,7 @@ _REPAIR = "; --repair (repair=True) keeps what is there"
 _BLOCK = 1 << 21
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Frames:
     """What the MOTION section says.
 
@@ -49,20 +48,22 @@ class Frames:
         The frame time as written; "" where there is no valid one.
     n_frames : int
         How many there are.
-    blocks : deque of float array, each of shape (n, n_channels)
-        Their numbers in file order, some frames a block: degrees and length units. Who reads it may take them out.
     """
 
     rate: Fraction
     frame_time: str
     n_frames: int
-    blocks: deque[FloatArray]
-
-    __repr__ = brief_repr
 
 
-def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions) -> Frames:
+Take = Callable[[FloatArray, int], None]
+"""Takes some frames, shape (n, n_channels), degrees and length units; and about how many more will follow."""
+
+
+def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions, take: Take) -> Frames:
     """Parse what follows the word MOTION.
+
+    Frames go to `take` as soon as they are parsed, some at a time: a long take's text, its table of numbers and what is
+    made of them need not lie in memory together.
 
     Raises
     ------
@@ -76,10 +77,10 @@ def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions) -> Fr
         numbers that ran together were parted.
     """
     claimed = _frame_count(lines)
-    table = _Table(lines, hierarchy, options, claimed)
+    table = _Table(lines, hierarchy, options, claimed, take)
     rate, frame_time = _frame_time(lines, options)
     table.parse()
-    return Frames(rate, frame_time, sum(map(len, table.blocks)), table.blocks)
+    return Frames(rate, frame_time, table.n_frames)
 
 
 def _frame_count(lines: Lines) -> int:
@@ -146,8 +147,9 @@ class _Damage(Exception):
 class _Table:
     """The rows of numbers. A frame begins on a new line and may go on over several."""
 
-    def __init__(self, lines: Lines, hierarchy: Hierarchy, options: ReadOptions, claimed: int) -> None:
+    def __init__(self, lines: Lines, hierarchy: Hierarchy, options: ReadOptions, claimed: int, take: Take) -> None:
         self.lines = lines
+        self.take = take
         self.hierarchy = hierarchy
         self.options = options
         self.limits = options.limits
@@ -155,7 +157,8 @@ class _Table:
         self.claim_line = lines.number
         self.n_channels = sum(map(len, hierarchy.channels))
         self.n_frames = 0
-        self.blocks: deque[FloatArray] = deque()
+        # Bytes of the block at work, and those behind it.
+        self.block_bytes = self.left_bytes = 0
         # Lines up to this place of the file; counted only where one is to be named.
         self.line = 0
         self.counted = 0
@@ -181,12 +184,18 @@ class _Table:
         if self.first_glued is not None:
             frames = f"{self.n_glued} frame{'s' * (self.n_glued != 1)}"
             self._warn(f"{self.first_glued.problem} They were parted, in {frames}.", self.first_glued.line)
+
+    def _taken(self, table: FloatArray) -> None:
+        """Hand on some frames; they are counted."""
         n_joints = len(self.hierarchy.names)
         if self.n_frames * n_joints > self.limits.joint_poses:
             self._fail(
                 f"{self.n_frames} frames of {n_joints} joints, the limit is {self.limits.joint_poses} poses of a "
                 "joint (Limits.joint_poses)"
             )
+        # Frames of one file are about as long as each other; what it claims may be anything.
+        more = len(table) * self.left_bytes // max(1, self.block_bytes)
+        self.take(table, max(0, min(more + more // 64 + 1, self.claimed - self.n_frames)))
 
     def _fail(self, problem: str) -> NoReturn:
         self.lines.fail(f"Frames: {problem}", line=self.claim_line)
@@ -232,13 +241,14 @@ class _Table:
             match = LINE_END.search(data, position + _BLOCK)
             stop = len(data) if match is None else match.end()
             text = data[position:stop]
+            self.block_bytes, self.left_bytes = len(text), len(data) - stop
             comma, longest = self.options.decimal_comma, self.limits.line_bytes
             table = None
             if not self.begun:
                 table = parse_rows(text, self.n_channels, decimal_comma=comma, line_bytes=longest)
             if table is not None:
-                self.blocks.append(table)
                 self.n_frames += len(table)
+                self._taken(table)
             else:
                 self._count_lines(position)
                 if len(text) > longest:
@@ -285,7 +295,7 @@ class _Table:
                         self.glued = None
         finally:
             if frames:
-                self.blocks.append(np.array(frames))
+                self._taken(np.array(frames))
 
     def _numbers(self, row: bytes, *, ends_file: bool) -> list[float]:
         """Parse one line; for a repair, part numbers that run together; the frame's count tells if that is right."""
