@@ -341,6 +341,10 @@ def test_a_curve_that_goes_on_only_outside_its_stack_stays_a_loop() -> None:
         new = only(retimed(one_curve(one).binary(), Warp([0.0, 2.0], [0.0, 1.0])))
     assert (new.pre, new.post) == (("M", -1), ("R", -1))
     assert new.value(2.5) == pytest.approx(1.0)
+    # Where it reaches to one side only, the other stays.
+    with pytest.warns(FormatWarning, match="1 curves go on"):
+        new = only(retimed(one_curve(one, 3.0).binary(), Warp([0.0, 3.0], [0.0, 3.0])))
+    assert (new.pre[0], new.post[0]) == ("M", "C")
     # What would be millions of keys is refused.
     with pytest.raises(FormatError, match="is repeated"):
         retimed(one_curve(replace(one, ticks=np.array([0, 9])), 1e5).binary(), Warp([0.0, 1e5], [0.0, 1e5]))

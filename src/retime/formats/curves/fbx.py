@@ -99,6 +99,13 @@ def bake(
         curves = read_stack(scene, stack)
         sampled = sample_stack(scene, curves, options.rate, options.limits)
         keys = baked_keys(scene, curves, sampled, warp, average=average)
-        repeated = [i for i, one in enumerate(curves.records) if one.pre.mode != "C" or one.post.mode != "C"]
+        # Repeated, all that was baked would be.
+        sides = ("Pre-Extrapolation", "Post-Extrapolation")
+        repeated = [
+            (index, side)
+            for index, one in enumerate(curves.records)
+            for side, how in zip(sides, (one.pre, one.post), strict=True)
+            if how.mode != "C"
+        ]
         done.append((curves, warp, keys, repeated))
     return {"": retimed(scene, done)}

@@ -13,7 +13,7 @@ from retime.formats.curves.fbx_curve import CurveRecords, Keys
 from retime.formats.curves.fbx_file import Record, Value
 from retime.formats.curves.fbx_keys import new_keys
 from retime.formats.curves.fbx_scene import FbxScene, Stack
-from retime.formats.curves.fbx_span import StackCurves, extended
+from retime.formats.curves.fbx_span import Beyond, StackCurves, extended
 from retime.formats.curves.fbx_values import quaternion_doubt
 from retime.warp.curve import Warp
 from retime.warp.cutting import cut_curves
@@ -23,10 +23,10 @@ _Changes = dict[tuple[Record, int], Value]
 _OTHER_CLOCKS = {"Audio": "sound", "AudioLayer": "sound", "Cache": "caches of moving points"}
 
 
-def cut_keys(scene: FbxScene, curves: StackCurves, warp: Warp) -> tuple[Keys, list[int]]:
+def cut_keys(scene: FbxScene, curves: StackCurves, warp: Warp) -> tuple[Keys, list[Beyond]]:
     """Cut all curves of a stack by a warp whose time 0 is the stack's start.
 
-    Returns the new keys, and which curves did something beyond their keys that is keys now.
+    Returns the new keys, and which curves did something beyond their keys, and where, that is keys now.
     """
     moved = Warp(warp.output_times + curves.start, warp.input_times + curves.start)
     old, written = extended(scene, curves, float(moved.input_times.min()), float(moved.input_times.max()))
@@ -36,27 +36,27 @@ def cut_keys(scene: FbxScene, curves: StackCurves, warp: Warp) -> tuple[Keys, li
     times, which = np.unique(old.batch.end_times[alone], return_inverse=True)
     shown = [moved_time(time, curves, warp, last=False) for time in times.tolist()]
     cut.end_times[alone] = np.array(shown)[which] if len(shown) else 0.0
-    return new_keys(old, cut, source, scene.ticks), written.tolist()
+    return new_keys(old, cut, source, scene.ticks), written
 
 
-def retimed(scene: FbxScene, done: list[tuple[StackCurves, Warp, Keys, list[int]]]) -> bytes:
+def retimed(scene: FbxScene, done: list[tuple[StackCurves, Warp, Keys, list[Beyond]]]) -> bytes:
     """Write a scene with new keys for some of its stacks.
 
     Parameters
     ----------
     scene : FbxScene
         The scene.
-    done : list of (StackCurves, Warp, Keys, list of int)
-        Each stack, its warp (time 0 is the stack's start), its new keys, and the curves that hold beyond them now.
+    done : list of (StackCurves, Warp, Keys, list of Beyond)
+        Each stack, its warp (time 0 is the stack's start), its new keys, and which curves hold beyond them now, where.
     """
     _refuse_shared(scene, [curves.stack for curves, *_ in done])
     changes: _Changes = {}
     for curves, warp, keys, written in done:
         _curve_changes(scene, curves, keys, changes)
-        for index in written:
-            _hold(scene, curves.records[index], changes)
+        for index, side in written:
+            _hold(scene, curves.records[index], side, changes)
         _stack_changes(scene, curves, warp, changes)
-    repeated = sum(len(written) for *_, written in done)
+    repeated = sum(len({index for index, _ in written}) for *_, written in done)
     if repeated:
         warnings.warn(
             f"{scene.file.path}: {repeated} curves go on beyond their keys (repeated, mirrored or straight on); what "
@@ -132,15 +132,14 @@ def _runs(keys: Keys) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return runs, np.searchsorted(keys.starts, runs, side="right") - 1
 
 
-def _hold(scene: FbxScene, record: CurveRecords, changes: _Changes) -> None:
-    """Let a curve hold beyond its keys."""
-    for name in ("Pre-Extrapolation", "Post-Extrapolation"):
-        holder = record.item.record.child(name)
-        kind = holder.child("Type") if holder is not None else None
-        values = scene.file.values(kind) if kind is not None else []
-        if kind is not None and values:
-            letter, content = values[0]
-            changes[kind, 0] = Value(letter, ord("C") if isinstance(content, int) else "C")
+def _hold(scene: FbxScene, record: CurveRecords, side: str, changes: _Changes) -> None:
+    """Let a curve hold beyond its keys, on one side."""
+    holder = record.item.record.child(side)
+    kind = holder.child("Type") if holder is not None else None
+    values = scene.file.values(kind) if kind is not None else []
+    if kind is not None and values:
+        letter, content = values[0]
+        changes[kind, 0] = Value(letter, ord("C") if isinstance(content, int) else "C")
 
 
 def moved_time(time: float, curves: StackCurves, warp: Warp, *, last: bool) -> float:
@@ -197,7 +196,7 @@ def _stack_changes(scene: FbxScene, curves: StackCurves, warp: Warp, changes: _C
 
 
 def _settings_changes(
-    scene: FbxScene, done: list[tuple[StackCurves, Warp, Keys, list[int]]], changes: _Changes
+    scene: FbxScene, done: list[tuple[StackCurves, Warp, Keys, list[Beyond]]], changes: _Changes
 ) -> None:
     """Let the scene's span of time follow: that of the stack which is shown, or else of the first."""
     takes = scene.file.section("Takes")

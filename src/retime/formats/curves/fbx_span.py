@@ -15,6 +15,8 @@ from retime.warp.cutting import CurveBatch, SegmentKind
 
 # Times, values, kinds, keys that begin them, and whether they lie between keys of the file: of some segments.
 _Part = tuple[FloatArray, FloatArray, IntArray, IntArray, BoolArray]
+Beyond = tuple[int, str]
+"""A curve, by its place in `StackCurves.records`, and the side on which it goes on: the record that says so."""
 # Segments that repetitions of one curve may come to.
 _MOST_REPEATED = 1_000_000
 
@@ -59,14 +61,14 @@ def read_stack(scene: FbxScene, stack: Stack) -> StackCurves:
     return StackCurves(stack, records, keys, start, end)
 
 
-def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> tuple[OldCurves, IntArray]:
+def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> tuple[OldCurves, list[Beyond]]:
     """Return the segments of curves, with what they do beyond their keys from `low` to `high`, seconds.
 
     Returns
     -------
     old : OldCurves
-    written : int array
-        The curves that do something beyond their keys there, other than to hold.
+    written : list of Beyond
+        The curves that do something beyond their keys there, other than to hold, and on which side.
 
     Raises
     ------
@@ -75,7 +77,8 @@ def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> t
     """
     batch, key = segments_of(curves.keys, scene.ticks)
     own = np.ones(len(key), dtype=bool)
-    active, written = [], []
+    active: list[int] = []
+    written: list[Beyond] = []
     full = np.flatnonzero(batch.counts)
     # Before its first key a curve has that key's value, which is not what a step to the next one's begins with.
     first_values = curves.keys.values[curves.keys.starts[full]]
@@ -83,13 +86,15 @@ def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> t
     for index in full.tolist():
         one = curves.records[index]
         first, last = batch.times[batch.starts[index], 0], batch.end_times[index]
-        if (one.pre.mode != "C" and low < first) or (one.post.mode != "C" and high > last):
-            written.append(index)
-            active.append(index)
-        elif index in odd and low < first:
+        sides = [
+            *(["Pre-Extrapolation"] if one.pre.mode != "C" and low < first else []),
+            *(["Post-Extrapolation"] if one.post.mode != "C" and high > last else []),
+        ]
+        written += [(index, side) for side in sides]
+        if sides or (index in odd and low < first):
             active.append(index)
     if not active:
-        return OldCurves(curves.keys, batch, key, own), np.zeros(0, dtype=np.int64)
+        return OldCurves(curves.keys, batch, key, own), written
     slopes = resolved(curves.keys, scene.ticks)
     parts: list[_Part] = []
     end_times, end_values, counts = batch.end_times.copy(), batch.end_values.copy(), batch.counts.copy()
@@ -122,7 +127,7 @@ def extended(scene: FbxScene, curves: StackCurves, low: float, high: float) -> t
     inner = np.setdiff1d(np.arange(len(times)), whole.starts)
     times[inner, 0] = times[inner - 1, 3]
     times[:, 1:3] = np.clip(times[:, 1:3], times[:, [0]], times[:, [3]])
-    return OldCurves(curves.keys, whole, keys, owned), np.array(written, dtype=np.int64)
+    return OldCurves(curves.keys, whole, keys, owned), written
 
 
 def _slice(batch: CurveBatch, key: IntArray, own: BoolArray, begin: int, stop: int) -> _Part:
