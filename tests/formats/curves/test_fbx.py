@@ -689,6 +689,11 @@ def test_odd_but_legal_text_is_read() -> None:
     assert isinstance(plain, Motion)
     assert isinstance(found, Motion)
     np.testing.assert_allclose(found.local_translations, plain.local_translations, atol=1e-6)
+    # So it is where all stands in one line, which is retimed too.
+    flat = b" ".join(line for line in made.ascii().splitlines() if not line.lstrip().startswith(b";"))
+    flat = b"; FBX 7.5.0 project file\n" + flat
+    again = only(retimed(flat, Warp([0.0, 2.0], [0.0, 1.0])))
+    assert (again.times, again.values) == ([0.0, 2.0], [0.5, 1.0])
     # A comment may hold what looks like a record, a text what looks like a comment or a brace.
     named = made.ascii().replace(b'"Model::limb"', b'"Model::a; }{ limb"')
     assert fbx.read(PLACE, named, ReadOptions(rate=10)).skeleton.names == ("a; }{ limb",)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +36,6 @@ class TextFbx(FbxFile):
 
     def __init__(self, path: Path, data: bytes, limits: Limits) -> None:
         self.path, self.data, self.limits = path, data, limits
-        self.lines = [match.end() for match in re.finditer(rb"\r\n|\n|\r", data)]
         found = _VERSION.search(data, 0, 1 << 16)
         if found is None:
             raise FormatError("no FBXVersion near its beginning: it is no FBX of version 7", path=path)
@@ -50,7 +48,18 @@ class TextFbx(FbxFile):
         return FormatError(problem, path=self.path, line=None if record is None else self._line(record.start))
 
     def _line(self, place: int) -> int:
-        return bisect_right(self.lines, place) + 1
+        """Count lines up to a place: only for messages, for a file may have a billion."""
+        return self.data.count(b"\n" if b"\n" in self.data else b"\r", 0, place) + 1
+
+    def _line_start(self, place: int) -> int:
+        # Most lines are short, and one of the two ends may be nowhere in the file.
+        reach = 1 << 10
+        while True:
+            low = max(0, place - reach)
+            found = max(self.data.rfind(b"\n", low, place), self.data.rfind(b"\r", low, place))
+            if found >= 0 or not low:
+                return found + 1
+            reach <<= 4
 
     def _broken(self, problem: str, place: int) -> FormatError:
         return FormatError(problem, path=self.path, line=self._line(place))
@@ -167,12 +176,11 @@ class TextFbx(FbxFile):
         ]
         for record in {record for record, _ in changes}:
             # A program that explains KeyAttrFlags in a comment does so in the line before.
-            line = self._line(record.start) - 1
-            if 0 < line <= len(self.lines):
-                start = self.lines[line - 2] if line > 1 else 0
-                comment = _COMMENT.match(data, start)
-                if comment and comment[1].decode("latin-1") == record.name:
-                    parts.append((start, self.lines[line - 1], b""))
+            here = self._line_start(record.start)
+            start = self._line_start(here - (2 if data[max(0, here - 2) : here] == b"\r\n" else 1)) if here else 0
+            comment = _COMMENT.match(data, start, here)
+            if comment and comment[1].decode("latin-1") == record.name:
+                parts.append((start, here, b""))
         pieces, place = [], 0
         for start, end, text in sorted(parts):
             pieces += [data[place:start], text]
@@ -182,9 +190,10 @@ class TextFbx(FbxFile):
     def _encoded(self, record: Record, value: Value) -> bytes:
         if value.letter not in ARRAYS:
             return text_of(value)
-        line = self._line(record.start) - 2
-        start = self.lines[line] if line >= 0 else 0
-        indent = self.data[start : record.start]
+        indent = self.data[self._line_start(record.start) : record.start]
+        if indent.strip():
+            # Other text stands in front of it.
+            indent = b""
         newline = b"\r\n" if b"\r\n" in self.data[:4096] else b"\n"
         inner = indent + (indent[:1] if indent[:1] == b"\t" else b"    ")
         numbers = np.asarray(value.content)
