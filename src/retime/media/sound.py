@@ -317,16 +317,18 @@ class _Sound:
 
 
 def _looped(tone: Samples, count: int) -> Samples:
-    """Lay pieces of a tone over each other, forward and backward, so that no period is heard."""
-    length = tone.shape[1]
-    hop = length // 2
-    window = np.sin(np.pi * (np.arange(length) + 0.5) / length).astype(np.float32)
+    """Lay parts of a tone over each other, forward and backward, so that no period and no seam is heard."""
+    grain = tone.shape[1] // 2
+    hop = grain // 2
+    # Of noise the energies of neighbours add up, whose windows' squares add up to 1.
+    window = np.sin(np.pi * (np.arange(grain) + 0.5) / grain).astype(np.float32)
     chance = np.random.default_rng(0)
-    n = count // hop + 2
-    made = np.zeros((tone.shape[0], (n + 1) * hop + length), np.float32)
+    n = count // hop + 3
+    made = np.zeros((tone.shape[0], n * hop + grain), np.float32)
     for i in range(n):
-        turned = np.roll(tone, int(chance.integers(length)), axis=1)
-        made[:, i * hop : i * hop + length] += window * (turned[:, ::-1] if i % 2 else turned)
+        first = int(chance.integers(tone.shape[1] - grain + 1))
+        part = tone[:, first : first + grain]
+        made[:, i * hop : i * hop + grain] += window * (part[:, ::-1] if i % 2 else part)
     return made[:, hop : hop + count]
 
 
@@ -420,7 +422,9 @@ def beginnings(sound: Samples, rate: int) -> list[tuple[int, float]]:
     padded = np.concatenate([np.repeat(energy[:1], back, axis=0), energy])
     before = np.lib.stride_tricks.sliding_window_view(padded, back, axis=0)[:n].max(axis=-1)
     rise = energy / (before + _FLOOR * energy.mean(axis=0) + 1e-7 * loudest)
-    risen = (rise > _RISE).mean(axis=1)
+    # A click may be heard in high bands alone, where hardly a tone is.
+    high = int(np.searchsorted(edges[:-1], 700 * width / rate))
+    risen = np.maximum((rise > _RISE).mean(axis=1), (rise[:, high:] > _RISE).mean(axis=1))
     found: list[tuple[int, float]] = []
     last = -n
     for frame in np.flatnonzero(risen >= _BANDS).tolist():
