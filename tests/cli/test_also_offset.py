@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import retime
+from retime.motion.clock import Clock
 from retime.motion.signal import Signal
 
 
@@ -58,3 +59,28 @@ def test_a_clock_that_begins_elsewhere_is_said_with_its_offset(run, clips: tuple
     assert "--also CLIP+10s=OUT" in run(*arguments, "late.csv=l.csv").stderr
     # Said by a person, nothing is left to say of it.
     assert "by its own times" not in run(*arguments, "late.csv+0s=m.csv").stderr
+
+
+@pytest.mark.parametrize("beside", ["figure.csv", "10 s"])
+def test_times_in_both_files_say_when_it_begins(run, clips: tuple[Path, Path], beside: str) -> None:
+    """The figure begins at 12.5 s of a day's clock, the camera at 11 s: by their times it shows the figure's time."""
+    del clips
+    times = np.arange(150)[:, None] / 30
+    at = Fraction(25, 2) if beside == "10 s" else Fraction(0)
+    retime.write(Signal(("x",), np.sin(times), Fraction(30), clock=Clock(start=at)), "timed.csv")
+    camera = Signal(
+        ("shown",), np.arange(240)[:, None] / 30 - 1.5, Fraction(30), clock=Clock(start=at - Fraction(3, 2))
+    )
+    retime.write(camera, "cam.csv")
+    arguments = ("warp", "timed.csv", "--method", "linear", "--length", "100%", "--force", "-o", "f.csv", "--also")
+    said = run(*arguments, "cam.csv=c.csv").stderr
+    assert "cam begins 1.5 s before timed by the times in both files, and is put there" in said
+    assert "by its own times" not in said
+    shown = retime.read("c.csv")
+    assert isinstance(shown, Signal)
+    np.testing.assert_allclose(shown.values[:, 0], np.arange(150) / 30, atol=1e-6)
+    assert shown.start_time == at
+    # Said by a person, the times count for nothing.
+    said = run(*arguments, "cam.csv+0s=c.csv").stderr
+    assert "by the times in both files" not in said
+    assert retime.read("c.csv").values[0, 0] == pytest.approx(-1.5)

@@ -17,6 +17,7 @@ from retime.motion.group_clock import hint_at_clocks, on_clock_of
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.project.document import ClipFile, Document
+from retime.project.faults import FaultyError
 from retime.project.solve import DocumentSolver
 
 FIGURE = Signal(("x",), np.arange(90.0)[:, None] / 30, Fraction(30), name="figure")
@@ -94,9 +95,32 @@ class TestHints:
             warnings.simplefilter("always")
             solver.read(document)
         told = [str(one.message) for one in caught if issubclass(one.category, RetimeWarning)]
-        assert any(one.startswith("b begins at 2 s by its own times, a at 0 s") for one in told)
-        assert any(one.startswith("b lasts 2.000 s and a 3.000 s") for one in told)
+        assert any(one.startswith("b begins 2 s after a by the times in both files, and is put there") for one in told)
+        assert any(one.startswith("b does not show all of a") for one in told)
         # Once, not at every change of the document.
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             solver.read(replace(document, options={"length": "90%"}))
+
+    @pytest.mark.parametrize(("offset", "first"), [("-1s", 30), ("+0s", 0), ("-12f", 12), ("0:00.5", 0)])
+    def test_a_document_says_when_a_clip_begins(self, tmp_path: Path, offset: str, first: int) -> None:
+        late = Signal(("frame",), np.arange(120.0)[:, None], 30, first_frame=60)
+        for name, signal in (("a", FIGURE), ("b", late)):
+            retime.write(signal, tmp_path / f"{name}.csv")
+        other = ClipFile(str(tmp_path / "b.csv"), role="follow", offset=offset)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            solver = DocumentSolver()
+            sources = solver.read(Document((ClipFile(str(tmp_path / "a.csv")), other)))
+            # The same value while nothing changes.
+            again = solver.read(Document((ClipFile(str(tmp_path / "a.csv")), other), options={"length": "90%"}))
+        assert again.clips[1] is sources.clips[1]
+        assert sources.clips[1].n_frames == FIGURE.n_frames
+        assert sources.clips[1].values[0, 0] == first
+
+    def test_an_offset_that_is_none_is_the_fault_of_its_clip(self, tmp_path: Path) -> None:
+        retime.write(FIGURE, tmp_path / "a.csv")
+        clip = ClipFile(str(tmp_path / "a.csv"))
+        with pytest.raises(FaultyError) as caught:
+            DocumentSolver().read(Document((clip, replace(clip, role="follow", offset="soon"))))
+        assert caught.value.fault.clip == 1

@@ -121,6 +121,7 @@ export function addClip(document: Document, path: string): Document {
     channels: null,
     gaps: null,
     root: null,
+    offset: null,
   };
   return { ...document, clips: [...document.clips, clip] };
 }

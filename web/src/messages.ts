@@ -18,6 +18,7 @@ export interface ClipFile {
   readonly channels: string | null;
   readonly gaps: string | null;
   readonly root: string | null;
+  readonly offset: string | null;
 }
 
 /** A joint (or channel) of the clip, and which of the reference's stands for it. */

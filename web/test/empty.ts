@@ -15,6 +15,7 @@ export const EMPTY: Document = {
       root: null,
       channels: null,
       gaps: null,
+      offset: null,
     },
   ],
   references: [],

@@ -156,7 +156,8 @@ _OPTIONS = (
         callback=parsed(_also),
         multiple=True,
         help="Give another clip the same warp (a prop, a camera, a second character); repeat for more. "
-        "CLIP+0.5s=OUT where it begins half a second after the first clip, CLIP-12f=OUT twelve frames before.",
+        "CLIP+0.5s=OUT where it begins half a second after the first clip, CLIP-12f=OUT twelve frames before. "
+        "Left out, times in both files say it.",
     ),
     no_average_option,
     on_twos_option,
@@ -205,7 +206,7 @@ class OutputOptions:
         """
         from retime.formats.registry import stays_in_place
         from retime.media.kinds import is_media
-        from retime.motion.group_clock import hint_at_clocks, on_clock_of
+        from retime.motion.group_clock import hint_at_clocks, on_clock_by_times, on_clock_of
 
         found: list[tuple[AnyMotion | None, Path]] = []
         for one in self.also:
@@ -215,7 +216,8 @@ class OutputOptions:
                 # Footage of the same moments needs not be looked at.
                 found.append((None, one.output))
                 continue
-            if one.offset is not None and stays_in_place(one.clip, one.output, arrays=clip_options.array):
+            in_place = stays_in_place(one.clip, one.output, arrays=clip_options.array)
+            if one.offset is not None and in_place:
                 raise OptionError(
                     f"{one.clip} has an offset, and {one.output} would be that file retimed in place, which begins "
                     "where it does; write another format"
@@ -223,6 +225,8 @@ class OutputOptions:
             other = clip_options.read(one.clip, beside=True)
             if one.offset is not None:
                 other = on_clock_of(other, clip, one.sign * float(one.offset.at(clip.rate)))
+            elif not in_place:
+                other = on_clock_by_times(other, clip)
             found.append((other, one.output))
         if not searched:
             hint_at_clocks([clip, *(other for other, _ in found if other is not None)])

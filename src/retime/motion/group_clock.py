@@ -70,6 +70,59 @@ def on_clock_of(clip: AnyMotion, first: AnyMotion, offset: float) -> AnyMotion:
     return replace(shown, first_frame=round(float(first.first_frame / first.rate) * rate))
 
 
+def on_clock_by_times(clip: AnyMotion, first: AnyMotion) -> AnyMotion:
+    """Put a clip on the clock of another where both hold times of one clock, and these begin apart.
+
+    Parameters
+    ----------
+    clip : Motion or Signal
+        What is put on the clock.
+    first : Motion or Signal
+        Whose clock it is.
+
+    Returns
+    -------
+    Motion or Signal
+        As `on_clock_of` returns it; `clip` itself where the two begin together, or one of them holds no times, or
+        their times have no moment in common.
+
+    Warns
+    -----
+    RetimeWarning
+        It was moved; says by how much.
+
+    Examples
+    --------
+    >>> from retime.motion.clock import Clock
+    >>> from retime.motion.signal import Signal
+    >>> figure = Signal(("x",), np.zeros((6, 1)), 10, name="figure", clock=Clock(start=Fraction(2)))
+    >>> camera = Signal(("pan",), np.arange(8.0)[:, None], 10, name="camera", clock=Clock(start=Fraction(18, 10)))
+    >>> with warnings.catch_warnings(record=True):
+    ...     on_clock_by_times(camera, figure).values[:, 0].tolist()
+    [2.0, 3.0, 4.0, 5.0, 6.0, 7.0]
+    """
+    if not (_holds_times(clip) and _holds_times(first) and _clock(clip) == _clock(first)):
+        return clip
+    offset = _start(clip) - _start(first)
+    if abs(offset) <= _FRAMES_APART / float(min(clip.rate, first.rate)):
+        return clip
+    if not -clip.end_time < offset < first.end_time:
+        return clip
+    warnings.warn(
+        f"{_name(clip)} begins {abs(offset):.6g} s {'after' if offset > 0 else 'before'} {_name(first)} by the times "
+        "in both files, and is put there (an offset of 0 takes their first frames for the same moment: "
+        "--also CLIP+0s=OUT; in the editor under How it is read)",
+        RetimeWarning,
+        stacklevel=2,
+    )
+    return on_clock_of(clip, first, offset)
+
+
+def _holds_times(clip: AnyMotion) -> bool:
+    """Tell whether a clip's file says when its rows are; the numbers of frames don't."""
+    return isinstance(clip, Signal) and clip.clock.start is not None and clip.clock.form != "frames"
+
+
 def hint_at_clocks(clips: Sequence[AnyMotion], *, lengths: bool = False) -> None:
     """Warn of clips whose clocks begin elsewhere than the first one's, as their files number frames or give times.
 

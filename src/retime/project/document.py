@@ -41,6 +41,9 @@ class ClipFile:
         What to do about values that a table lacks: ``bridge``, ``bridge:SECONDS`` or ``keep``; left out, refuse them.
     root : str, optional
         The joint that carries the body; left out, it is found.
+    offset : str, optional
+        How long after the first clip it begins, as ``0.5s`` or ``-12f``; of the first clip nothing. Left out, times in
+        both files say it, or their first frames are one moment.
     """
 
     path: str
@@ -53,6 +56,7 @@ class ClipFile:
     channels: str | None = None
     gaps: str | None = None
     root: str | None = None
+    offset: str | None = None
 
 
 @dataclass(frozen=True)

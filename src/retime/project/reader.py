@@ -13,8 +13,8 @@ from retime.formats.joint_map import read_joint_map
 from retime.formats.registry import read
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import parse_channels
-from retime.motion.grammar import parse_frame_range
-from retime.motion.group_clock import hint_at_clocks
+from retime.motion.grammar import parse_frame_range, parse_time
+from retime.motion.group_clock import hint_at_clocks, on_clock_by_times, on_clock_of
 from retime.motion.kinematics import seems_z_up
 from retime.motion.motion import Motion
 from retime.project.document import ClipFile, CounterpartFile, Document, ReferenceFile
@@ -103,6 +103,8 @@ class Reader:
         self._clips: dict[_Key, AnyMotion] = {}
         self._used: dict[_Key, AnyMotion] = {}
         self._references: dict[tuple[ReferenceFile, tuple[int, ...]], tuple[tuple[AnyMotion, ...], Reference]] = {}
+        # Of each further clip: the clip, the first one, the offset, and what came of them.
+        self._placed: dict[int, tuple[AnyMotion, AnyMotion, str | None, AnyMotion]] = {}
         self._sources: Sources | None = None
 
     def read(self, document: Document) -> Sources:
@@ -118,6 +120,10 @@ class Reader:
         for i, file in enumerate(document.clips):
             with blaming(Fault(clip=i)):
                 clips.append(self._stretch(file, file.first_frame, file.last_frame))
+        clips = [
+            clips[0],
+            *(self._on_clock(i, document.clips[i], clip, clips[0]) for i, clip in enumerate(clips[1:], 1)),
+        ]
         searched = tuple(i for i, file in enumerate(document.clips) if file.role == "search")
         references = {}
         for i, reference in enumerate(document.references):
@@ -133,6 +139,19 @@ class Reader:
             self._sources = found
             hint_at_clocks(clips, lengths=True)
         return self._sources
+
+    def _on_clock(self, index: int, file: ClipFile, clip: AnyMotion, first: AnyMotion) -> AnyMotion:
+        """Put a clip on the first one's clock, as the document or the times in both files say; remember it."""
+        known = self._placed.get(index)
+        if known is None or not (known[0] is clip and known[1] is first and known[2] == file.offset):
+            with blaming(Fault(clip=index)):
+                placed = (
+                    on_clock_by_times(clip, first)
+                    if file.offset is None
+                    else on_clock_of(clip, first, parse_time(file.offset.removeprefix("+"), first.rate))
+                )
+            known = self._placed[index] = clip, first, file.offset, placed
+        return known[3]
 
     def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:
         """Read a file, or remember it, and cut out the frames used."""

@@ -109,6 +109,7 @@ class ClipRows {
       (change) => connection.edit(changeClip(this.document, i, change), "change how a clip is read"),
       () => store.problem?.clip === i,
       (path) => connection.edit(changeClip(this.document, i, { path }), "choose clip"),
+      i > 0 ? () => store.clips[0]?.rate ?? 30 : undefined,
     );
     const root = make("div", {}, make("div", { class: "cliprow" }, name, role, remove), fault, reading.root);
     return { root, name, role, remove, reading, fault };

@@ -1,7 +1,7 @@
 /** How a file is read: its axis that is up, its root, its rate, the skeleton of an AMC, a table's channels and gaps. */
 
 import { make, setText } from "../../dom";
-import { parseRate } from "../../grammar";
+import { parseRate, parseTime } from "../../grammar";
 import type { Dialogs } from "../dialogs/dialogs";
 import { choice, textField } from "../fields";
 import { fileName } from "../top";
@@ -14,6 +14,8 @@ interface Reading {
   readonly channels: string | null;
   readonly gaps: string | null;
   readonly root: string | null;
+  /** Of clips alone. */
+  readonly offset?: string | null;
 }
 
 export interface ReadingFields {
@@ -26,9 +28,11 @@ export function readingFields(
   dialogs: Dialogs,
   whose: string,
   file: () => Reading,
-  change: (change: Partial<Pick<Reading, "fps" | "up" | "root" | "skeleton" | "channels" | "gaps">>) => void,
+  change: (change: Partial<Pick<Reading, "fps" | "up" | "root" | "skeleton" | "channels" | "gaps" | "offset">>) => void,
   faulty: () => boolean,
   replace?: (path: string) => void,
+  /** The rate of the first clip, of which another one may begin some time after. */
+  rateOfFirst?: () => number,
 ): ReadingFields {
   const place = make("button", { type: "button", class: "button framed wide" });
   place.addEventListener("click", () =>
@@ -76,12 +80,25 @@ export function readingFields(
   channels.input.setAttribute("aria-label", `${whose}: what channels hold`);
   const gaps = choice("Gaps", "Values that a table lacks", (value) => change({ gaps: value === "" ? null : value }));
   gaps.select.setAttribute("aria-label", `${whose}: gaps`);
+  const begins = textField(
+    "Begins",
+    "How long after the first clip: 0.5s, -12f. Empty: as times in both files say, or together",
+    (text) => {
+      if (text !== "") parseTime(text.replace(/^[+-]/u, ""), rateOfFirst?.() ?? 30);
+      change({ offset: text === "" ? null : text });
+      return true;
+    },
+  );
+  begins.input.placeholder = "by the files' times";
+  begins.input.setAttribute("aria-label", `${whose}: how long after the first clip it begins`);
+  begins.row.hidden = !rateOfFirst;
   const said = make("span", { class: "note" });
   const root = make(
     "details",
     { class: "reading" },
     make("summary", {}, "How it is read", said),
     placeRow,
+    begins.row,
     up.row,
     fps.row,
     body.row,
@@ -92,7 +109,7 @@ export function readingFields(
   return {
     root,
     update() {
-      const { path, fps: rate, up: axis, skeleton: asf, root: joint, channels: kinds, gaps: holes } = file();
+      const { path, fps: rate, up: axis, skeleton: asf, root: joint, channels: kinds, gaps: holes, offset } = file();
       setText(place, fileName(path ?? ""));
       place.title = `${path ?? ""}: choose another place, where the file was moved`;
       up.show(
@@ -104,6 +121,7 @@ export function readingFields(
         axis ?? "",
       );
       fps.show(rate ?? "");
+      begins.show(offset ?? "");
       body.show(joint ?? "");
       const isAmc = /\.amc(\.gz|\.bz2)?$/iu.test(path ?? "");
       skeletonRow.hidden = !isAmc && asf === null;
@@ -129,6 +147,7 @@ export function readingFields(
           axis ? `${axis.toUpperCase()} up` : "",
           joint ? `root ${joint}` : "",
           rate ? `${rate} Hz` : "",
+          offset ? `begins at ${offset}` : "",
           asf ? fileName(asf) : "",
           kinds ?? "",
           holes ?? "",
