@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from retime.errors import OptionError, RetimeWarning
 from retime.formats import read
 from retime.motion.signal import Signal
 from retime.project.document import ClipFile, Document
@@ -62,3 +63,17 @@ def test_a_body_stays_one(tmp_path: Path) -> None:
         assert np.array_equal(archive["betas"], members["betas"])
         assert archive["poses"].shape == (62, 156)
         np.testing.assert_allclose(archive["trans"][[0, -1]], members["trans"][[20, 50]])
+
+
+def test_a_scene_that_begins_elsewhere_is_written_as_another_format(tmp_path: Path) -> None:
+    path = tmp_path / "a.glb"
+    path.write_bytes(sliding_scene().glb())
+    clip = ClipFile(str(path))
+    document = Document((clip, ClipFile(str(path), role="follow", offset="0.2s")), method="linear")
+    with pytest.warns(RetimeWarning, match="its nearest frame is held for 0.2 s at the start"):
+        solution = DocumentSolver().solve(document)
+    with pytest.raises(OptionError, match=r"a\.glb begins at another moment .* write another format"):
+        export_motion(solution, 1, tmp_path / "b.glb", overwrite=False)
+    export_motion(solution, 0, tmp_path / "b.glb", overwrite=False)
+    first, other = solution.sources.clips
+    np.testing.assert_allclose(other.at([0.5]).local_translations, first.at([0.3]).local_translations, atol=1e-6)

@@ -51,6 +51,11 @@ def export_motion(solution: Solution, clip: int, place: Path, *, overwrite: bool
     source = Path(solution.document.clips[clip].path)
     # What the page left out at the start stays out.
     known = stays_in_place(source, place)
+    if known is not None and any(solution.sources.moved[clip : clip + 1]):
+        raise OptionError(
+            f"{source.name} begins at another moment than the first clip, and {place.name} would be that file retimed "
+            "in place, which begins where it does; write another format"
+        )
     if known is not None and known.frames:
         retime_file(
             source,

@@ -36,11 +36,14 @@ class Sources:
         In the document's order.
     wholes : tuple of Motion or Signal
         For each reference what its first motion is cut out of.
+    moved : tuple of bool
+        For each clip whether it was put elsewhere on the first one's clock; left out, none was.
     """
 
     clips: tuple[AnyMotion, ...]
     references: tuple[Reference, ...]
     wholes: tuple[AnyMotion, ...]
+    moved: tuple[bool, ...] = ()
 
     __repr__ = brief_repr
 
@@ -120,6 +123,7 @@ class Reader:
         for i, file in enumerate(document.clips):
             with blaming(Fault(clip=i)):
                 clips.append(self._stretch(file, file.first_frame, file.last_frame))
+        cut = clips
         clips = [
             clips[0],
             *(self._on_clock(i, document.clips[i], clip, clips[0]) for i, clip in enumerate(clips[1:], 1)),
@@ -134,6 +138,7 @@ class Reader:
             tuple(clips),
             tuple(references[file, searched][1] for file in document.references),
             tuple(clips[0] if file.path is None else self._stretch(file, None, None) for file in document.references),
+            tuple(placed is not clip for placed, clip in zip(clips, cut, strict=True)),
         )
         if self._sources is None or not _same(self._sources, found):
             self._sources = found
