@@ -53,7 +53,8 @@ def test_every_picture_of_the_page_is_there_and_small(page: str) -> None:
     sizes = [(DOCS / name).stat().st_size for name in names]
     assert min(sizes) > 1000
     assert sum(sizes) < 4_000_000
-    assert {place.name for place in DOCS.iterdir()} == {*names, "README.md", "study.json"}
+    beside = re.findall(r"\]\((\w+\.md)\)", page)
+    assert {place.name for place in DOCS.iterdir()} == {*names, *beside, "README.md", "study.json"}
 
 
 SMALL = {
