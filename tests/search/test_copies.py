@@ -10,7 +10,15 @@ import pytest
 from retime.errors import RetimeWarning
 from retime.kernels import Backend
 from retime.motion.signal import Signal
-from retime.search.score import SCORES, Model, build_model, matched_frames, triple_scores, without_copies
+from retime.search.score import (
+    SCORES,
+    Model,
+    _maybe_repeated,
+    build_model,
+    matched_frames,
+    triple_scores,
+    without_copies,
+)
 from retime.search.session import Session
 
 
@@ -60,6 +68,20 @@ def test_each_row_stays_as_often_as_it_is_asked_for() -> None:
     # The earliest ones, in their order.
     assert fewer.frame[:2].tolist() == [1, 2]
     assert np.all(np.diff(fewer.frame) > 0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_frames_that_repeat_are_those_whose_bits_do(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    references = [with_pauses(rng, 3000, 3, 6), with_pauses(rng, 40, 3, 3)]
+    # A zero of another sign is another frame.
+    references[0][5:9] = 0.0
+    references[0][20:24] = -0.0
+    model = build_model(references, rate=30, time_scale=0.2, weights=(1.0, 1.0 + seed % 2))
+    rows = [b"".join(part[i].tobytes() for part in (model.poses, model.features, model.weights)) for i in range(3036)]
+    expected = [rows.count(row) > 1 for row in rows]
+    assert 0 < sum(expected) < len(rows)
+    assert _maybe_repeated(model).tolist() == expected
 
 
 def test_nothing_is_copied_where_all_frames_differ() -> None:

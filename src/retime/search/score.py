@@ -23,6 +23,8 @@ from retime.search.poses.spaces import difference_scales, timing_features
 
 ScoreName = Literal["joint", "conditional"]
 SCORES = get_args(ScoreName)
+# Frames of a model whose bits are summed at once.
+_HASHED = 2048
 # Numbers in a table: two gigabytes of them. An hour at 30 Hz with steps to 8 needs 7 million.
 MOST_SCORES = 250_000_000
 
@@ -136,10 +138,14 @@ def without_copies(model: Model, n_neighbors: int) -> Model:
     stays the same to the last bit. A figure that stands still is scored as quickly as one that moves, though none of
     its frames is nearer than another.
     """
+    repeated = _maybe_repeated(model)
     # Digests of rows: the rows themselves would take as much memory again as an hour's model does.
     seen: dict[bytes, int] = {}
     kept = []
-    for place in range(len(model.weights)):
+    for place, may_repeat in enumerate(repeated.tolist()):
+        if not may_repeat:
+            kept.append(place)
+            continue
         digest = hashlib.blake2b(digest_size=16)
         for part in (model.poses, model.features, model.weights):
             digest.update(part[place].tobytes())
@@ -150,6 +156,24 @@ def without_copies(model: Model, n_neighbors: int) -> Model:
     if len(kept) == len(model.weights):
         return model
     return model.only(np.array(kept))
+
+
+def _maybe_repeated(model: Model) -> BoolArray:
+    """Mark every frame that is the same as another, to the last bit; and, hardly ever, one that is not."""
+    sums = np.zeros(len(model.weights), dtype=np.uint64)
+    generator = np.random.default_rng(0)
+    for part in (model.poses, model.features, model.weights[:, None]):
+        # Whole numbers of their bits, each times an odd one of its column: the sums of equal rows are equal.
+        factors = generator.integers(0, 1 << 63, size=part.shape[1], dtype=np.uint64) * np.uint64(2) + np.uint64(1)
+        for start in range(0, len(part), _HASHED):
+            bits = np.ascontiguousarray(part[start : start + _HASHED]).view(np.uint64)
+            sums[start : start + _HASHED] += (bits * factors).sum(axis=1, dtype=np.uint64)
+    order = np.argsort(sums)
+    same = sums[order[1:]] == sums[order[:-1]]
+    repeated = np.zeros(len(sums), dtype=bool)
+    repeated[order[1:][same]] = True
+    repeated[order[:-1][same]] = True
+    return repeated
 
 
 def _joined(arrays: Sequence[FloatArray]) -> FloatArray:

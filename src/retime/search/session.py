@@ -29,6 +29,7 @@ from retime.motion.grammar import parse_length, parse_speed, parse_speeds, parse
 from retime.motion.group_clock import hint_at_clocks
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
+from retime.motion.size import extent
 from retime.search import options
 from retime.search.content import content_prices
 from retime.search.estimate import check_fits, content_seconds, layered_seconds, loop_seconds, score_seconds
@@ -62,6 +63,8 @@ from retime.warp.curve import Warp
 from retime.warp.spline import spline_warp
 
 DEFAULT_RATE = 30
+# Frames in which most clips show already that something changes.
+_FEW_FRAMES = 1024
 # Weights of the price on tempo, by docs/study: how evenly moving parts share a hurry, for a figure that moves like
 # itself and for one that moves like another; and how strongly flights keep their own speed.
 EVENNESS, EVENNESS_OF_ANOTHER, KEEP_FLIGHTS = 4.0, 0.1, 24.0
@@ -141,8 +144,11 @@ class Session:
     def _warn_of_sameness(self) -> None:
         """Warn of clips in which the search sees nothing change."""
         for clip, track in zip(self.clips, self._tracks.tracks, strict=True):
-            largest = float(np.abs(track.vectors).max(initial=0.0))
-            if clip.n_frames > 1 and not np.any(np.ptp(track.vectors, axis=0) > 1e-9 * largest):
+            vectors = track.vectors
+            least, greatest = extent(vectors) if vectors.size else (0.0, 0.0)
+            change = 1e-9 * max(greatest, -least)
+            some = (vectors[:_FEW_FRAMES], vectors)
+            if clip.n_frames > 1 and not any(np.any(np.ptp(part, axis=0) > change) for part in some):
                 warnings.warn(
                     f"{clip.name or 'the input'}: nothing changes in what the search looks at, so one timing is as "
                     "good as another to it: look at other features (features, joints, weights), or lock what matters",
