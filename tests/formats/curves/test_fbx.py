@@ -609,6 +609,7 @@ BROKEN = {
         ),
         "attributes are for 3 keys, it has 2",
     ),
+    "too much in all": (lambda: drawn_fbx(1).binary(packed=True), r"Limits\.inflated_bytes"),
     "too many records": (lambda: drawn_fbx(1).binary(), r"Limits\.records"),
     "records too deep": (lambda: drawn_fbx(1).binary(), "deep"),
     "an animation too long": (lambda: one_curve(track([0.0, 9e6], [0.0, 1.0], LINEAR)).binary(), "give a lower rate"),
@@ -619,7 +620,11 @@ BROKEN = {
 def test_what_is_broken_is_refused_with_its_place(what: str, tmp_path: Path) -> None:
     make, message = BROKEN[what]
     path = tmp_path / "a.fbx"
-    limits = {"too many records": Limits(records=20), "records too deep": Limits(depth=1)}.get(what, Limits())
+    limits = {
+        "too many records": Limits(records=20),
+        "records too deep": Limits(depth=1),
+        "too much in all": Limits(inflated_bytes=1500),
+    }.get(what, Limits())
     with pytest.raises(FormatError, match=message) as caught:
         fbx.read(path, make(), ReadOptions(limits=limits))
     assert str(path) in str(caught.value)

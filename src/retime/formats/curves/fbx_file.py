@@ -87,6 +87,8 @@ class FbxFile(abc.ABC):
         7400, say.
     records : list of Record
         The outermost ones.
+    inflated : int
+        Bytes of all arrays that were inflated so far.
     """
 
     path: Path
@@ -94,6 +96,7 @@ class FbxFile(abc.ABC):
     limits: Limits
     version: int
     records: list[Record]
+    inflated: int = 0
 
     @abc.abstractmethod
     def spans(self, record: Record) -> list[tuple[int, int]]:
@@ -167,12 +170,15 @@ class FbxFile(abc.ABC):
 def inflated(file: FbxFile, record: Record, packed: bytes, size: int) -> bytes:
     """Inflate an array, never beyond the size that it claims; raise FormatError for a bomb, or where sizes disagree."""
     limits = file.limits
-    if size > limits.inflated_bytes or size > max(1 << 20, limits.zip_ratio * len(packed)):
+    if size > max(1 << 20, limits.zip_ratio * len(packed)):
         raise file.error(
             f"an array claims {size} bytes in {len(packed)} compressed ones, more than {limits.zip_ratio}:1 "
-            "(Limits.zip_ratio, Limits.inflated_bytes)",
+            "(Limits.zip_ratio)",
             record,
         )
+    file.inflated += size
+    if file.inflated > limits.inflated_bytes:
+        raise file.error(f"its arrays hold more than {limits.inflated_bytes} bytes (Limits.inflated_bytes)", record)
     machine = zlib.decompressobj()
     try:
         data = machine.decompress(packed, size + 1)
