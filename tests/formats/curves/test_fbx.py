@@ -36,6 +36,7 @@ from tests.formats.curves.fbx_files import (
     LINEAR,
     NEXT,
     PROGRESSIVE,
+    TCB,
     TICKS,
     USER,
     Builder,
@@ -236,6 +237,17 @@ def test_automatic_keys_stay_so_where_their_slope_does() -> None:
     bent = only(retimed(data, Warp([0.0, 2.5, 7.5], [0.0, 2.5, 5.0])))
     assert [flag & USER != 0 for flag in bent.flags] == [False, False, True, True, True, False, False]
     assert len(bent.times) == 7
+
+
+def test_a_key_by_tension_continuity_and_bias_is_told_apart_by_both_its_slopes() -> None:
+    # With a continuity of -1 what lies before such a key bends how it is reached, not how it is left.
+    one = track(np.arange(4.0), [0.0, 2.0, -3.0, 5.0], CUBIC | TCB)
+    one.data[:, 1] = np.array([-1.0], "<f4").view(np.uint32)
+    data = one_curve(one).binary()
+    warp = Warp([0.0, 1.0, 3.0, 6.0], [0.0, 0.5, 1.0, 3.0])
+    old, new = only(data), only(retimed(data, warp))
+    for time in np.linspace(0.01, 5.99, 60):
+        assert new.value(time) == pytest.approx(old.value(float(warp(time))), abs=1e-5)
 
 
 def test_curves_that_differ_in_what_they_hold_keep_their_order(tmp_path: Path) -> None:

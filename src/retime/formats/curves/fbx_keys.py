@@ -136,7 +136,9 @@ def new_keys(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: 
     old_key[key] = pieces.old
     old_key[np.cumsum(counts) + np.arange(len(counts))] = old.keys.starts[1:] - 1
     old_flags, old_data = old.keys.flags[old_key], old.keys.data[old_key]
-    automatic = old_flags & (CUBIC | CONSTANT | USER | TCB) == CUBIC
+    # Their slopes follow from the keys beside them; of some of these by tension, continuity and bias.
+    following = old_flags & (CUBIC | CONSTANT | USER) == CUBIC
+    automatic = following & (old_flags & TCB == 0)
     # What key i says of the slope at key i + 1 is that one's bias, where it is automatic.
     bias = old.keys.data[np.maximum(old_key[1:] - 1, 0), 1]
     beside = np.ones(len(kept) - 1, dtype=bool)
@@ -148,7 +150,7 @@ def new_keys(old: OldCurves, cut: CurveBatch, source: IntArray, ticks_a_second: 
         data[:-1, 1] = np.where(itself[1:] & beside, bias, data[:-1, 1])
         flags = np.where(kept, old_flags, explicit.flags)
         keys = Keys(explicit.counts, explicit.ticks, explicit.values, flags, data)
-        wrong = _wrong(pieces, key, keys, itself, ticks_a_second) & kept
+        wrong = _wrong(pieces, key, keys, kept & following, ticks_a_second) & kept
         if not wrong.any():
             return keys
         kept &= ~wrong
@@ -441,8 +443,11 @@ def _keys(
     return Keys(counts + 1, ticks, values, flags, data), kept
 
 
-def _wrong(pieces: _Pieces, key: IntArray, keys: Keys, automatic: BoolArray, ticks_a_second: int) -> BoolArray:
-    """Tell which keys don't make the pieces that they must, shape (n_keys,); `automatic` ones have their own slopes."""
+def _wrong(pieces: _Pieces, key: IntArray, keys: Keys, following: BoolArray, ticks_a_second: int) -> BoolArray:
+    """Tell which keys don't make the pieces that they must, shape (n_keys,).
+
+    Slopes of `following` keys are their own, whatever the key before them says.
+    """
     wrong = np.zeros(len(keys.ticks), dtype=bool)
     slopes = resolved(keys, ticks_a_second)
     width = (pieces.end - pieces.begin) / ticks_a_second
@@ -457,8 +462,8 @@ def _wrong(pieces: _Pieces, key: IntArray, keys: Keys, automatic: BoolArray, tic
         off = np.abs(found - wanted) > size + 1e-6 * np.abs(wanted)
         off |= np.abs(found_weight - weight) > WEIGHT_STEP / 100
         off &= cubic
-        # How a piece arrives is said by the key that begins it, or by the next one, where that is automatic.
-        blamed = key[off] + (place & automatic[key[off] + 1])
+        # How a piece arrives is said by the key that begins it, or by the next one, where its slopes follow.
+        blamed = key[off] + (place & following[key[off] + 1])
         wrong[blamed] = True
     kind = np.where(keys.flags[key] & CONSTANT, SegmentKind.STEP, np.where(keys.flags[key] & CUBIC, 2, 1))
     wrong[key[kind != pieces.kind]] = True
