@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tempfile
 import warnings
 import zipfile
 from dataclasses import replace
@@ -14,7 +15,9 @@ import pytest
 
 import retime
 from retime.errors import FormatError, FormatWarning, OptionError
+from retime.formats.curves import usd
 from retime.formats.curves.usd_package import packed
+from retime.formats.read_options import Limits, ReadOptions
 from retime.formats.registry import animation_names, retime_file
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
@@ -132,6 +135,21 @@ def test_a_held_scene_and_held_types_step_where_the_warp_says(tmp_path: Path) ->
     stage = literal.opened(tmp_path / "b.usda")
     shown = [stage.GetAttributeAtPath("/A.x").Get(code) for code in (0, 11, 13, 23, 25, 48, 72)]
     assert shown == ["c", "c", "b", "b", "a", "a", "a"]
+
+
+def test_a_layer_that_only_writes_over_others_is_retimed_too(tmp_path: Path) -> None:
+    scene = DrawnScene(10)
+    path, place = tmp_path / "a.usda", tmp_path / "b.usda"
+    text = scene.text()
+    path.write_text(re.sub(r"^( *)def \w+ ", r"\1over ", text, flags=re.MULTILINE))
+    warp = a_warp(scene.length / scene.per_second)
+    retime_file(path, place, warp, tolerance=0)
+    (tmp_path / "whole.usda").write_text(text)
+    retime_file(tmp_path / "whole.usda", tmp_path / "c.usda", warp, tolerance=0)
+    same = re.sub(r"^( *)def \w+ ", r"\1over ", (tmp_path / "c.usda").read_text(), flags=re.MULTILINE)
+    assert place.read_text() == same
+    with pytest.warns(FormatWarning, match=r"left out: .*/Prop\.grown"):
+        assert isinstance(retime.read(path), Signal)
 
 
 @pytest.mark.parametrize("average", [True, False])
@@ -281,6 +299,40 @@ def test_a_package_keeps_its_other_files_and_stays_aligned(tmp_path: Path) -> No
         assert (entry.header_offset + 30 + len(entry.filename) + len(entry.extra)) % 64 == 0
         if entry.filename != "walk.usda":
             assert archive.read(entry) == files[entry.filename]
+
+
+def test_samples_anywhere_in_a_package_are_retimed_on_their_own_clocks(tmp_path: Path) -> None:
+    scene = DrawnScene(11)
+    inner = DrawnScene(7).prop().replace('def Xform "Prop"', 'def Xform "Other"')
+    clock = f"startTimeCode = {scene.start}\n    endTimeCode = {scene.end}\n    timeCodesPerSecond = {scene.per_second}"
+    files = {
+        "root.usda": (
+            f"#usda 1.0\n(\n    {clock}\n    subLayers = [@./sub/a.usda@]\n)\n"
+            'def "Ref" (\n    references = @./b.usda@</Other> (offset = 3; scale = 0.5)\n)\n{\n}\n'
+        ).encode(),
+        "sub/a.usda": scene.text().encode(),
+        "b.usda": f"#usda 1.0\n(\n    timeCodesPerSecond = 48\n)\n# kept\n{inner}".encode(),
+        "c.png": b"picture",
+    }
+    path, place = tmp_path / "a.usdz", tmp_path / "b.usdz"
+    path.write_bytes(packed(files))
+    before = literal.opened(path)
+    assert "/Ref.xformOp:translate" in literal.sampled(before)
+    warp = a_warp(scene.length / scene.per_second)
+    retime_file(path, place, warp, tolerance=0)
+    after = literal.opened(place)
+    assert literal.sampled(after)["/Ref.xformOp:translate"] != literal.sampled(before)["/Ref.xformOp:translate"]
+    relative, degrees, other = literal.worst(before, after, pairs(before, warp))
+    assert (relative < 1e-6, degrees < 1e-3, other) == (True, True, [])
+    archive = zipfile.ZipFile(place)
+    assert archive.namelist() == list(files)
+    assert archive.read("c.png") == b"picture"
+    assert b"# kept" in archive.read("b.usda")
+    # Used twice, on two clocks, a layer can have no one timing.
+    twice = files["root.usda"] + b'def "Again" (\n    references = @./b.usda@</Other>\n)\n{\n}\n'
+    path.write_bytes(packed({**files, "root.usda": twice}))
+    with pytest.raises(FormatError, match=r"b\.usda is used at 2 times.*--layer over"):
+        retime_file(path, place, warp, overwrite=True)
 
 
 def test_a_spline_is_cut_exactly(tmp_path: Path) -> None:
@@ -561,3 +613,32 @@ def test_held_values_played_backward_by_clips_step_where_the_warp_says(tmp_path:
     times = [row[0] for row in stage.GetPrimAtPath("/A").GetMetadata("clips")["default"]["times"]]
     # Two entries at one time, where a step is passed backward.
     assert len(times) - len(set(times)) == 2
+
+
+def test_the_end_of_the_process_that_reads_is_an_error_and_no_more(tmp_path: Path) -> None:
+    path = tmp_path / "a.usda"
+    data = DrawnScene(1).text().encode()
+    with usd.Decoder(Limits()) as decoder:
+        assert usd.read_by(decoder, path, data, ReadOptions()).n_frames > 1
+        assert not decoder.is_dead
+        decoder._process.kill()
+        with pytest.raises(FormatError, match="reading it ends the program that does"):
+            usd.read_by(decoder, path, data, ReadOptions())
+        assert decoder.is_dead
+    # A process that has hardly begun is late.
+    with usd.Decoder(Limits(), seconds=-0.01) as decoder, pytest.raises(FormatError, match="is not read after"):
+        usd.read_by(decoder, path, data[:10], ReadOptions())
+
+
+def test_nothing_is_left_of_the_copy_that_was_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    path = tmp_path / "a.usda"
+    path.write_text(DrawnScene(1).text())
+    retime.read(path)
+    path.write_text("#usda 1.0\ndef {")
+    with pytest.raises(FormatError) as caught:
+        retime.read(path)
+    assert "temporary" not in str(caught.value)
+    assert "line 2:" in str(caught.value)
+    assert list((tmp_path / "temporary").iterdir()) == []

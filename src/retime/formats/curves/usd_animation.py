@@ -63,7 +63,8 @@ class Span:
 def sampled_attributes(stage: Any) -> list[tuple[Any, FloatArray]]:
     """Find the attributes of a scene that have time samples, two or more, or a spline, and where these lie (codes)."""
     found = []
-    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()):
+    # A layer of nothing but overs is a scene too, whose prims are not defined.
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)):
         for attribute in prim.GetAuthoredAttributes():
             times: Any = attribute.GetTimeSamples()
             if attribute.HasSpline():

@@ -7,9 +7,10 @@ of a sample, to the bit, or what USD itself finds between two.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -232,36 +233,97 @@ def _set_samples(layer: Any, path: Any, samples: Samples) -> None:
 def rewritten(
     scene: Scene, warp: Warp, work: Path, *, rate: Fraction | None, average: bool, bake: bool, limits: Limits
 ) -> bytes:
-    """Give the root layer's time samples new timing; return the new file.
+    """Give the time samples of the root layer, and of others in its package, new timing; return the new file.
 
     Raises
     ------
     FormatError
-        Time samples lie in other layers of the scene, or in what can't be cut.
+        Time samples lie in other files that the scene is composed of, or in what can't be cut.
     """
     timing = timing_of(scene, warp)
+    rate = rate or timing.span.rate()
+    joints = _averaged_joints(scene, timing, rate, limits) if bake and average else {}
+    way = _Way(rate, average, limits, joints) if bake else None
+    files = dict(scene.package)
+    for name, layer, clock in _linked_layers(scene, timing):
+        changed = _retimed_layer(layer, clock, None if way is None else replace(way, joints={}))
+        files[name] = _layer_file(files[name], layer, changed, work)
+    made = _layer_file(scene.text, scene.layer, _retimed_layer(scene.layer, timing, way), work)
+    if not scene.package:
+        return made
+    return packed({**files, next(iter(files)): made})
+
+
+@dataclass(frozen=True)
+class _Way:
+    """How samples are put on frames.
+
+    Attributes
+    ----------
+    rate : Fraction
+        Frames a second.
+    average : bool
+        Average, where sped up.
+    limits : Limits
+        Of sizes.
+    joints : dict of str to float arrays
+        Averages that are known already, by attribute.
+    """
+
+    rate: Fraction
+    average: bool
+    limits: Limits
+    joints: dict[str, FloatArray]
+
+    __repr__ = brief_repr
+
+
+def _linked_layers(scene: Scene, timing: Timing) -> list[tuple[str, Any, Timing]]:
+    """Find the layers of a package, beside its root, that have samples: their names, and the warp on their clocks.
+
+    Raises
+    ------
+    FormatError
+        They lie in other files, or one is used on two clocks.
+    """
+    clocks: dict[str, set[tuple[float, float]]] = {}
+    for attribute, codes in sampled_attributes(scene.stage):
+        for spec, offset in attribute.GetPropertyStackWithLayerOffsets(Usd.TimeCode(float(codes[0]))):
+            clocks.setdefault(spec.layer.identifier, set()).add((offset.offset, offset.scale))
+    found = []
     for layer in scene.stage.GetUsedLayers(False):
         # What is in the session layer is of this process's making.
         if layer in (scene.layer, scene.stage.GetSessionLayer()):
             continue
         specs = sampled_specs(layer)
-        if specs:
-            name = Path(layer.realPath or layer.identifier).name
+        if not specs:
+            continue
+        real = os.path.realpath(layer.realPath or layer.identifier)
+        name = Path(os.path.relpath(real, scene.folder)).as_posix()
+        if name not in scene.package:
             raise FormatError(
-                f"{specs[0].path} has time samples in {name}, which the scene is composed of: retime that file, or "
-                "write a layer over the scene (--layer over)"
+                f"{specs[0].path} has time samples in {Path(name).name}, which the scene is composed of: retime that "
+                "file, or write a layer over the scene (--layer over)"
             )
-    layer = _copy(scene.layer)
-    specs = sampled_specs(layer)
+        used = clocks.get(layer.identifier, {(0.0, 1.0)})
+        offset, scale = next(iter(used))
+        if len(used) > 1 or not scale > 0:
+            raise FormatError(f"{name} is used at {len(used)} times, or backward: write a layer over (--layer over)")
+        span = timing.span
+        clock = Span((span.start - offset) / scale, (span.end - offset) / scale, span.per_second / scale, span.keys)
+        found.append((name, layer, replace(timing, span=clock)))
+    return found
+
+
+def _retimed_layer(source: Any, timing: Timing, way: _Way | None) -> Any:
+    """Return a copy of a layer with its samples cut or, by `way`, put on frames."""
+    layer = _copy(source)
     scratch = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(scratch)
-    joints: dict[str, FloatArray] = {}
-    if bake and average:
-        joints = _averaged_joints(scene, timing, rate or timing.span.rate(), limits)
-    for number, spec in enumerate(specs):
+    for number, spec in enumerate(sampled_specs(layer)):
         path = spec.path
         if spec.HasSpline():
-            if bake:
+            if way is not None:
                 raise FormatError(f"{path} is a spline: it is cut, not baked (leave out --bake)")
             spec.SetSpline(cut_spline(spec.GetSpline(), timing.warp, timing.span, str(path)))
             continue
@@ -273,18 +335,18 @@ def rewritten(
         _set_samples(scratch, copied, list(zip(codes.tolist(), values, strict=True)))
         attribute = stage.GetAttributeAtPath(copied)
         track = Track(codes, values, lambda code, one=attribute: one.Get(code))  # type: ignore[misc]
-        if not bake:
+        if way is None:
             samples = timing.retimed(track)
         else:
-            samples = timing.baked(track, rate or timing.span.rate(), average, limits, joints.get(str(path)))
+            samples = timing.baked(track, way.rate, way.average, way.limits, way.joints.get(str(path)))
         _set_samples(layer, path, samples)
         del scratch.rootPrims[prim.name]
     cut_clips(layer, timing)
     if layer.HasStartTimeCode():
-        layer.startTimeCode = timing.code(warp.output_start)
+        layer.startTimeCode = timing.code(timing.warp.output_start)
     if layer.HasEndTimeCode():
         layer.endTimeCode = timing.end
-    return _file_of(scene, layer, work)
+    return layer
 
 
 def _averaged_joints(scene: Scene, timing: Timing, rate: Fraction, limits: Limits) -> dict[str, FloatArray]:
@@ -322,16 +384,11 @@ def _value(value: Any) -> Any:
     return None if isinstance(value, Sdf.ValueBlock) else value
 
 
-def _file_of(scene: Scene, layer: Any, work: Path) -> bytes:
-    """Write a layer as the scene's file was: text or crate, by itself or in its package."""
-    if scene.is_text:
-        data = spliced_samples(scene.text, scene.layer.ExportToString(), layer)
-    else:
-        data = layer_bytes(layer, work, text=False)
-    if not scene.package:
-        return data
-    root = next(iter(scene.package))
-    return packed({**scene.package, root: data})
+def _layer_file(before: bytes, source: Any, layer: Any, work: Path) -> bytes:
+    """Write a layer as the file was that it comes from: text, or crate."""
+    if before.startswith(b"#usda"):
+        return spliced_samples(before, source.ExportToString(), layer)
+    return layer_bytes(layer, work, text=False)
 
 
 def layer_bytes(layer: Any, work: Path, *, text: bool) -> bytes:

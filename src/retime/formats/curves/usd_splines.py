@@ -39,7 +39,7 @@ def cut_spline(spline: Any, warp: Warp, span: Span, where: str) -> Any:
     FormatError
         It loops, goes on beyond its ends, or has another form that can't be cut.
     """
-    knots = [spline.GetKnot(time) for time in spline.GetKnots()]
+    knots = list(spline.GetKnots().values())
     refused = {
         "loops": spline.HasLoops(),
         "is a Hermite curve": spline.GetCurveType() != Ts.CurveTypeBezier,
@@ -68,7 +68,11 @@ def cut_spline(spline: Any, warp: Warp, span: Span, where: str) -> Any:
 def _curve(knots: list[Any], span: Span) -> CurveSegments:
     codes = np.array([knot.GetTime() for knot in knots], dtype=np.float64)
     values = np.array([knot.GetValue() for knot in knots], dtype=np.float64)
-    if not np.isfinite(values).all() or np.abs(codes - span.start).max() / span.per_second > 1e7:
+    if (
+        not np.isfinite(values).all()
+        or not np.isfinite(codes).all()
+        or np.abs(codes - span.start).max() / span.per_second > 1e7
+    ):
         raise FormatError("a spline has a knot that is no number, or no time")
     curve = CurveSegments.through((codes - span.start) / span.per_second, values[:, None], SegmentKind.LINEAR)
     for i, (a, b) in enumerate(pairwise(knots)):

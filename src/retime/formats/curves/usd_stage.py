@@ -46,8 +46,8 @@ class Scene:
         Composed.
     layer : Sdf.Layer
         Its root layer.
-    is_text : bool
-        Whether that is text.
+    folder : Path
+        Where the copy lies that was opened.
     text : bytes
         The root layer as it was.
     package : dict of str to bytes
@@ -60,7 +60,7 @@ class Scene:
 
     stage: Any
     layer: Any
-    is_text: bool
+    folder: Path
     text: bytes
     package: dict[str, bytes] = field(default_factory=dict)
     used: list[str] = field(default_factory=list)
@@ -123,7 +123,7 @@ def open_scene(name: str, data: bytes, folder: Path | None, work: Path, outside:
         stage = Usd.Stage.Open(layer, Ar.DefaultResolverContext([]), Usd.Stage.LoadAll)
     except Tf.ErrorException as error:
         raise FormatError(words_of(error)) from None
-    return Scene(stage, layer, data.startswith(_TEXT), data, package, gathered.used, gathered.missing)
+    return Scene(stage, layer, Path(os.path.realpath(work)), data, package, gathered.used, gathered.missing)
 
 
 def words_of(error: BaseException) -> str:
