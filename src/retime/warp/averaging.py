@@ -27,6 +27,8 @@ CLOSED = 1e-6
 
 # Windows of more frames are summed one by one.
 _LONG = 16
+# Joints averaged at once: of a long take, all of them would take as much memory as three more of it.
+_TOGETHER = 8
 
 
 def window_frames(warp: Warp, rate: float, output_times: FloatArray, *, loop: bool = False) -> FloatArray:
@@ -280,7 +282,12 @@ def _turn_in_space(pose: Mapping[int, FloatArray], parents: Sequence[int], joint
 def _average_pose(sampled: FloatArray, motion: Motion, windows: Windows, group: JointGroup) -> dict[int, FloatArray]:
     """Local rotations of a group's chain, each (n_output, 4), averaged over the group's windows."""
     pose: dict[int, FloatArray] = {}
-    for joints, half in windows.of(group.chain, group.half):
+    parts = (
+        (chain[first : first + _TOGETHER], half)
+        for chain, half in windows.of(group.chain, group.half)
+        for first in range(0, len(chain), _TOGETHER)
+    )
+    for joints, half in parts:
         result = sampled[:, joints]
         # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
         # Where they go all the way round and cancel there is no mean: those joints keep the sampled rotation.
