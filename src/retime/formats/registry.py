@@ -93,7 +93,7 @@ FORMATS = (
     Format("c3d", (".c3d",), "signal", "C3D captures", frames=True, facts=True),
     Format("amass", (".npz",), "motion", "AMASS, SMPL bodies", writes=False, frames=True, among="npy", facts=True),
     Format("humanml3d", (".npy",), "signal", "HumanML3D features", writes=False, frames=True, among="npy"),
-    Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True),
+    Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True, facts=True),
     Format("fbx", (".fbx",), "motion", "FBX 7 scenes", curves=True),
     Format(
         "usd",
@@ -161,6 +161,13 @@ class CurveModule(FormatModule, Protocol):
         """Make a file for `place` that shows this one with new timing, where the format has such (`Format.layers`)."""
 
 
+class TellingModule(FormatModule, Protocol):
+    """What the module of a format offers that has more to tell of a file than what is read."""
+
+    def facts(self, path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:
+        """Say what a file holds beside the clip that is read."""
+
+
 class FramesModule(FormatModule, Protocol):
     """What the module of a format offers whose files are given other frames in place."""
 
@@ -179,9 +186,6 @@ class FramesModule(FormatModule, Protocol):
 
     def claims(self, file: BinaryIO) -> bool:
         """Tell whether a file with the ending of the format that it is `among` is one of its own."""
-
-    def facts(self, path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:
-        """Say what a file holds beside the clip that is read."""
 
 
 def format_of(path: str | PathLike[str]) -> Format:
@@ -252,7 +256,7 @@ def facts_of(path: str | PathLike[str], options: ReadOptions) -> dict[str, str]:
     if not known.facts:
         return {}
     data = read_plain(path, options.limits, repair=options.repair)
-    return cast(FramesModule, _module(known)).facts(path, data, options)
+    return cast(TellingModule, _module(known)).facts(path, data, options)
 
 
 def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:

@@ -14,8 +14,8 @@ from retime.errors import RetimeWarning
 from retime.formats import read
 from retime.formats.curves.gltf_animation import read_animation
 from retime.formats.curves.gltf_file import parse_gltf
-from retime.formats.read_options import Limits
-from retime.formats.registry import retime_file
+from retime.formats.read_options import Limits, ReadOptions
+from retime.formats.registry import facts_of, retime_file
 from retime.motion.motion import Motion
 from retime.warp.curve import Warp
 from tests.formats.curves.scenes import Scene, sliding_scene
@@ -211,3 +211,15 @@ def test_a_text_scene_keeps_its_numbers_in_its_text(tmp_path: Path, bake: bool) 
     for moment in (0.0, 0.3, 0.6, 0.9, 1.2, 1.5):
         slack = 1.5 if bake else 1e-3
         assert after.value(0, 0, moment) == pytest.approx(before.value(0, 0, float(WARP(moment))), abs=slack)
+
+
+def test_what_a_scene_tells(tmp_path: Path) -> None:
+    scene = sliding_scene()
+    times = scene.accessor(np.arange(4) / 2)
+    scene.animation("turn", [(0, "scale", times, scene.accessor(np.ones((4, 3))), "STEP")])
+    path = tmp_path / "a.glb"
+    path.write_bytes(scene.glb())
+    assert facts_of(path, ReadOptions()) == {
+        "animations": "2: x (2.000 s, 61 keys, LINEAR: translation), turn (1.500 s, 4 keys, STEP: scale)",
+        "scene": "1 nodes, 0 meshes, 0 skins, 0 cameras",
+    }

@@ -54,6 +54,22 @@ def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
     return sample_animation(file, animation, options.rate, options.limits).clip
 
 
+def facts(path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:
+    """Say which animations a scene has: how long each is, what it moves and how; and what else there is."""
+    file = parse_gltf(path, data, options.limits)
+    said = []
+    for index in chosen_animations(file, None):
+        one = read_animation(file, index)
+        kinds = sorted({sampler.interpolation for sampler in one.samplers})
+        paths = sorted({channel.path for channel in one.channels})
+        n_keys = sum(len(sampler.curve) + 1 for sampler in one.samplers)
+        said.append(
+            f"{one.name} ({one.end - one.start:.3f} s, {n_keys} keys, {' and '.join(kinds)}: {', '.join(paths)})"
+        )
+    counts = [f"{len(file.items(name))} {name}" for name in ("nodes", "meshes", "skins", "cameras")]
+    return {"animations": f"{len(said)}: {', '.join(said)}", "scene": ", ".join(counts)}
+
+
 def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
     """Write a motion as a new scene, in one file: a skeleton with one animation; raise FormatError for a signal."""
     if not isinstance(motion, Motion):
