@@ -53,7 +53,7 @@ def whole_files() -> dict[str, tuple[bytes, ...]]:
 def mutant_c3d(draw: random.Random, data: bytes) -> bytes:
     """Change a C3D: numbers of its header and its parameters more often than its frames, or any bytes."""
     for _ in range(draw.choice([0, 1, 1, 2, 3])):
-        if draw.random() < 0.3 or len(data) < 512:
+        if draw.random() < 0.3 or len(data) <= 512:
             data = mutated_bytes(draw, data)
             continue
         # Headers end at 400, and parameters follow them for a block or three.
