@@ -199,7 +199,7 @@ def storm(folder: Path, *, clips: int, kills: int, seed: int, workers: int = 2) 
     first = start(library, out, workers)
     wait_for_lines(manifest, clips // 3)
     first.kill()
-    first.wait()
+    first.communicate()
     before = {
         json.loads(line)["output"]
         for line in manifest.read_bytes().splitlines()
