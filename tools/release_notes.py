@@ -17,7 +17,9 @@ def notes_of(tag: str, changelog: str, version: str) -> str:
     """Return the notes of a tag; raise ValueError where tag, version and changelog don't agree."""
     if tag != f"v{version}":
         raise ValueError(f"the tag is {tag}, and pyproject.toml says version {version}")
-    found = re.search(rf"^## {re.escape(version)}\b[^\n]*\n(.*?)(?=^## |\Z)", changelog, re.MULTILINE | re.DOTALL)
+    found = re.search(
+        rf"^## {re.escape(version)}(?![\w.])[^\n]*\n(.*?)(?=^## |\Z)", changelog, re.MULTILINE | re.DOTALL
+    )
     if found is None or not found[1].strip():
         raise ValueError(f"CHANGELOG.md says nothing of version {version}")
     return found[1].strip() + "\n"
