@@ -23,7 +23,25 @@ def release_notes() -> ModuleType:
     return module
 
 
-CHANGELOG = "# Changelog\n\n## Unreleased\n\n* Later.\n\n## 1.2.0 (2027-01-02)\n\n* New.\n\n### Part\n\n* More.\n\n## 1.1.0\n\n* Old.\n"
+CHANGELOG = """\
+# Changelog
+
+## Unreleased
+
+* Later.
+
+## 1.2.0 (2027-01-02)
+
+* New.
+
+### Part
+
+* More.
+
+## 1.1.0
+
+* Old.
+"""
 
 
 def test_notes_are_what_the_changelog_says_of_the_version(release_notes: ModuleType) -> None:
