@@ -806,3 +806,17 @@ def test_the_new_file_is_what_its_new_numbers_make_byte_for_byte(version: int) -
     span = (("L", round(times["LocalTime 0"] * TICKS)), ("L", round(times["LocalTime 1"] * TICKS)))
     made.takes[0] = node("Take", text("take"), inner=[node("LocalTime", *span), node("ReferenceTime", *span)])
     assert made.binary(version) == new
+
+
+def test_baked_keys_are_on_the_curves_where_nothing_is_averaged() -> None:
+    data = drawn_fbx(11).binary()
+    curves = Literal(data).curves
+    for warp, average in ((Warp([0.0, 4.0], [0.0, 2.5]), True), (Warp([0.0, 1.0], [0.0, 2.5]), False)):
+        new = Literal(fbx.bake(PLACE, data, warp, ReadOptions(rate=30), average=average)[""]).curves
+        for number, old in curves.items():
+            baked = new[number]
+            assert len(baked.times) == round(30 * warp.output_end) + 1
+            for time, value in zip(baked.times, baked.values, strict=True):
+                there = float(warp(time))
+                if np.abs(np.subtract(old.times, there)).min() > 1e-6:
+                    assert value == pytest.approx(old.value(there), rel=1e-6, abs=1e-5)
