@@ -37,7 +37,13 @@ _ONLY = {
     "ogg": "libopus",
     "opus": "libopus",
 }
-_WEBM = {"vp8", "vp9", "av1", "opus", "vorbis"}
+# Where FFmpeg doesn't say all that a container holds, or says more.
+_HOLDS = {
+    "webm": {"vp8", "vp9", "av1", "opus", "vorbis"},
+    "mpegts": {"h264", "hevc", "mpeg2video", "mpeg4", "aac", "ac3", "eac3", "mp2", "mp3", "opus"},
+    # No place for how much an encoder adds before the first sample, so that compressed sound would be late.
+    "avi": {"h264", "mpeg4", "mpeg2video", "mjpeg", "ffv1", "rawvideo", "huffyuv", "pcm_s16le", "pcm_u8"},
+}
 # Encoders that have a number for their quality, and what it is called.
 _CRF = {"libx264": "crf", "libx265": "crf", "libvpx-vp9": "crf", "libvpx": "crf", "libsvtav1": "crf"}
 _MOST_CRF = {"libx264": 51, "libx265": 51}
@@ -89,7 +95,7 @@ def encoder_for(kind: str, codec: str | None, container: Any, told: str | None, 
     """
     av = needed("av")
     name = container.format.name
-    holds = container.supported_codecs if name != "webm" else _WEBM
+    holds = _HOLDS.get(name, container.supported_codecs)
     if told is not None:
         encoder = _ENCODERS.get(told, told)
         try:
@@ -106,6 +112,10 @@ def encoder_for(kind: str, codec: str | None, container: Any, told: str | None, 
         return _ONLY[name]
     if name == "webm":
         usual = "opus" if kind == "audio" else "vp9"
+    elif name == "avi" and kind == "audio":
+        usual = "pcm_s16le"
+    elif name == "mpegts":
+        usual = "aac" if kind == "audio" else "h264"
     if not usual or usual == "none":
         raise FormatError(f"a {place.suffix} file holds no {kind}", path=place)
     for wanted in (codec, usual):

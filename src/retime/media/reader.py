@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import itertools
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -18,8 +19,9 @@ from retime.media.opening import MOST_PIXELS, Scanned, SharedFile, open_media, r
 from retime.media.times import FrameTimes
 
 # Of decoded frames that are kept: enough for a group of pictures of HD played backward in a few rounds.
-_KEPT_BYTES = 160 << 20
+_KEPT_BYTES = 96 << 20
 _LEAST_KEPT = 6
+_READ_OVER = 8
 
 
 class FrameReader(Protocol):
@@ -117,11 +119,25 @@ class VideoReader:
     def get(self, frame: int) -> Any:
         """Return a frame of PyAV; one that can't be decoded is shown as the one before it."""
         if frame not in self._kept:
-            key = int(self._keys[bisect.bisect_right(self._keys, frame) - 1])
-            if self._container is None or frame <= self._place or key > self._place + 1:
-                self._go_to(key)
+            key = bisect.bisect_right(self._keys, frame) - 1
+            ahead = int(self._keys[key]) - self._place
+            # Reading over a few frames is cheaper than seeking.
+            if self._container is None or frame <= self._place or ahead > _READ_OVER:
+                self._go_before(frame, key)
             self._read_to(frame)
         return self._kept.get(frame)
+
+    def _go_before(self, frame: int, key: int) -> None:
+        """Go to the last frame that can be begun with; where the file is sought in badly, to one before it."""
+        for back in (0, 1, 4, len(self._keys)):
+            start = int(self._keys[max(0, key - back)])
+            self._go_to(start)
+            if start == 0:
+                return
+            first = next(self._frames, None)
+            if first is not None and first[0] <= frame:
+                self._frames = itertools.chain([first], self._frames)
+                return
 
     def _go_to(self, key: int) -> None:
         """Go to a frame that can be begun with."""

@@ -506,6 +506,9 @@ def _run(tracks: list[_Track], output: Any, report: Report) -> None:
             continue
         track.time, packets = step
         for packet in packets:
+            if output.format.name == "adts" and packet.pts is not None and packet.pts < 0:
+                # What an encoder puts before the first sample; this format can't say that it is there.
+                continue
             output.mux(packet)
         report.share(min(one.time for one in tracks))
 
