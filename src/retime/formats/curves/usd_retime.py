@@ -150,7 +150,7 @@ class Timing:
 
     def goes_between(self, a: Any, b: Any) -> bool:
         """Tell whether USD goes from one value to another, rather than to hold the first."""
-        if not self.linear or a is None or b is None or not _BETWEEN.fullmatch(type(a).__name__):
+        if not self.linear or type(a) is not type(b) or not _BETWEEN.fullmatch(type(a).__name__):
             return False
         return not type(a).__name__.endswith("Array") or len(a) == len(b)
 
