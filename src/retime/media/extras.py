@@ -8,7 +8,7 @@ from typing import Any
 from retime.errors import MissingExtraError
 
 _PACKAGES = {
-    "av": ("video, pictures and sound", "PyAV", "video"),
+    "av": ("work on video, pictures or sound", "PyAV", "video"),
     "cv2": ("mixing frames", "opencv-python-headless", "video"),
     "python_stretch": ("sound that keeps its pitch", "python-stretch", "video"),
     "librosa": ("finding beats in sound", "librosa", "beats"),

@@ -140,7 +140,7 @@ def _error(fact: dict[str, Any], path: Path) -> BaseException:
     if kind == "OptionError":
         return OptionError(fact["text"])
     if kind == "MissingExtraError":
-        return MissingExtraError("video, pictures and sound", package=more["package"], extra=more["extra"])
+        return MissingExtraError("work on video, pictures or sound", package=more["package"], extra=more["extra"])
     if kind == "MemoryError":
         return FormatError("it needs more memory than a file may", path=path)
     return FormatError(fact["text"], path=path)
