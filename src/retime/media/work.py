@@ -378,16 +378,11 @@ def _video_track(job: Job, output: Any, picture: _Picture, plan: FramePlan) -> _
     first = picture.reader.get(round(float(plan.places[0])))
     working = working_format(first.format.name)
     size = (first.width, first.height)
-    shown = first
-    if working != first.format.name:
-        shown = first.reformat(format=working)
-        copy_colours(first, shown)
     # What lies beside a frame (rotation, light) is the decoder's.
     stream = add_video(
         output, picture.stream, first, plan.rate, plan.base, picture.bytes_a_second, job.options, job.place
     )
     form = stream.codec_context.pix_fmt
-    del shown
     steps = _Ahead(frames_of(plan, picture.reader, working, size))
     return _Track(stream, _encoded_frames(stream, steps, plan, form))
 
