@@ -91,7 +91,7 @@ class Mutants:
         """Try one."""
         if self.decoder is None or self.decoder.is_dead:
             self.close()
-            self.decoder = usd.Decoder(_LIMITS, seconds=6)
+            self.decoder = usd.Decoder(_LIMITS, seconds=20)
         name, data = mutant(draw)
         path = self.folder / name
         end = "refused"
@@ -135,7 +135,7 @@ def run(count: int, seed: int = 0) -> trials.Tally:
     with tempfile.TemporaryDirectory() as folder:
         mutants = Mutants(Path(folder))
         try:
-            return trials.run(mutants, range(seed, seed + count), most_seconds=30)
+            return trials.run(mutants, range(seed, seed + count), most_seconds=90)
         finally:
             mutants.close()
 
@@ -144,7 +144,7 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as place:
         one = Mutants(Path(place))
         try:
-            code = trials.command(one, __doc__, most_seconds=30)
+            code = trials.command(one, __doc__, most_seconds=90)
         finally:
             one.close()
     sys.exit(code)
