@@ -198,6 +198,25 @@ def test_baked_frames_are_those_of_the_motion_retimed(tmp_path: Path) -> None:
         np.testing.assert_allclose(np.abs((found.rotations * wanted.rotations).sum(axis=2)), 1, atol=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_baked_keys_lie_on_the_curves_between_the_frames_too(tmp_path: Path, seed: int) -> None:
+    path = tmp_path / "a.glb"
+    path.write_bytes(drawn_scene(seed).glb())
+    # Few frames: between them a cubic bends, and its corners are not to be cut.
+    options = ReadOptions(rate=7)
+    clip = gltf.read(path, path.read_bytes(), options)
+    warp = Warp([0.0, clip.end_time * 1.3], [0.0, clip.end_time])
+    before = Literal(path)
+    after = Literal(retimed(path, warp, tmp_path / "b.glb", options, bake=False))
+    track = before.json["animations"][0]
+    first = min(row[0] for one in track["samplers"] for row in before.accessor(one["input"]))
+    for channel in range(len(track["channels"])):
+        for frame in range(warp.count_frames(7)):
+            wanted = np.array(before.value(0, channel, first + float(warp(frame / 7))))
+            found = np.array(after.value(0, channel, np.float32(first + frame / 7)))
+            assert min(np.abs(found - wanted).max(), np.abs(found + wanted).max()) < 2e-5 * max(1, np.abs(wanted).max())
+
+
 def test_weights_alone_are_a_signal(tmp_path: Path) -> None:
     scene = Scene()
     scene.node(name="face")

@@ -17,6 +17,7 @@ from retime.formats.curves.gltf_retime import NewKeys, with_keys
 from retime.formats.curves.gltf_scene import Sampled, sample_animation
 from retime.formats.curves.gltf_write import glb_of, gltf_of
 from retime.formats.read_options import ReadOptions
+from retime.motion import rotation
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
 from retime.warp.apply import apply_warp
@@ -136,28 +137,37 @@ def _cut(file: GltfFile, animation: Animation, warp: Warp) -> list[NewKeys]:
 
 
 def _baked(animation: Animation, sampled: Sampled, warp: Warp, average: bool) -> list[NewKeys]:
-    clip = apply_warp(sampled.clip, warp, average=average)
-    rate = float(clip.rate)
-    times = (animation.start + np.arange(clip.n_frames) / rate).astype(np.float32)
-    inputs = animation.start + np.arange(sampled.clip.n_frames) / rate
-    shown = animation.start + warp(np.arange(clip.n_frames) / rate)
+    """Return a key for every frame: what the curve has at the warp's time, and what averaging changes of that.
+
+    The change is that of the motion for turns and places of nodes, so that feet which stand stay, and that of the
+    curve's own samples for all else. Steps stay steps.
+    """
+    clip, rate = sampled.clip, float(sampled.clip.rate)
+    frames = np.arange(warp.count_frames(clip.rate)) / rate
+    times = (animation.start + frames).astype(np.float32)
+    inputs = animation.start + np.arange(clip.n_frames) / rate
+    mean, plain = (apply_warp(clip, warp, average=one) if average else None for one in (True, False))
     moved = {one.sampler: one for one in reversed(animation.channels) if one.node is not None}
     found = []
     for sampler in animation.samplers:
         channel = moved.get(sampler.index)
-        values: NDArray[np.float64]
-        kind = "LINEAR"
-        if sampler.interpolation == "STEP":
-            values, kind = sampler.curve(shown), "STEP"
-        elif isinstance(clip, Motion) and channel and channel.path in ("translation", "rotation"):
-            joint = sampled.nodes.index(channel.node)
-            if channel.path == "rotation":
-                values = np.roll(clip.rotations[:, joint], -1, axis=1)
-            else:
+        values: NDArray[np.float64] = sampler.curve(animation.start + warp(frames))
+        kind = "STEP" if sampler.interpolation == "STEP" else "LINEAR"
+        if average and kind == "LINEAR":
+            if isinstance(mean, Motion) and isinstance(plain, Motion) and channel and channel.path == "rotation":
+                joint = sampled.nodes.index(channel.node)
+                change = rotation.multiply(rotation.conjugate(plain.rotations[:, joint]), mean.rotations[:, joint])
+                turned = rotation.multiply(rotation.normalize(np.roll(values, 1, axis=1)), change)
+                values = np.roll(turned, -1, axis=1)
+            elif isinstance(mean, Motion) and isinstance(plain, Motion) and channel and channel.path == "translation":
+                joint = sampled.nodes.index(channel.node)
                 scale = sampled.scales[joint]
-                values = clip.local_translations[:, joint] / (scale if scale else 1.0)
-        else:
-            values = apply_warp(sampler.curve(inputs), warp, average=average, rate=clip.rate)
+                change = mean.local_translations[:, joint] - plain.local_translations[:, joint]
+                values = values + change / (scale if scale else 1.0)
+            else:
+                own = sampler.curve(inputs)
+                averaged, read_off = (apply_warp(own, warp, average=one, rate=clip.rate) for one in (True, False))
+                values = values + (averaged - read_off)
         found.append(NewKeys(animation.index, sampler, times, _rows(values, sampler), kind))
     return found
 
