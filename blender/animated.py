@@ -167,6 +167,11 @@ def fcurves_of(action: Thing, slot: Thing) -> list[Thing]:
     return [curve for bag in bags for curve in bag.fcurves]
 
 
+def keyed(curve: Thing) -> bool:
+    """Tell whether an F-curve has keys, or samples in their place."""
+    return bool(len(curve.keyframe_points) or len(curve.sampled_points))
+
+
 def channelbags(action: Thing, slot: Thing) -> list[Thing] | None:
     """List where a slot's curves are; None where actions have no slots (before Blender 4.4)."""
     if not hasattr(action, "layers"):

@@ -26,6 +26,7 @@ from .animated import (
     channelbags,
     evaluation,
     fcurves_of,
+    keyed,
     keys_of,
     refuse_untouchable,
     units_of,
@@ -180,7 +181,10 @@ def moves(one: Thing) -> bool:
     """Tell whether an object, its data or its shape keys play keys."""
     blocks = (one, one.data, getattr(one.data, "shape_keys", None))
     return any(
-        getattr(block, "animation_data", None) is not None and any(True for _ in units_of(block)) for block in blocks
+        unit.strip is not None or any(keyed(curve) for curve in fcurves_of(unit.action, unit.slot))
+        for block in blocks
+        if block is not None and getattr(block, "animation_data", None) is not None
+        for unit in units_of(block)
     )
 
 

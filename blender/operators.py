@@ -22,10 +22,10 @@ Result = set[str]
 
 
 def selection(context: Any) -> list[Any]:
-    """Return what is selected: in pose mode the posed armatures, else all selected objects, else the active one."""
-    if context.mode == "POSE":
-        return list(context.objects_in_mode)
-    return list(context.selected_objects) or ([context.object] if context.object else [])
+    """Return what is selected, and in pose mode what is posed; where that is nothing, the active object."""
+    posed = list(context.objects_in_mode) if context.mode == "POSE" else []
+    found = list(dict.fromkeys([*posed, *context.selected_objects]))
+    return found or ([context.object] if context.object else [])
 
 
 def show(settings: Any, lines: Sequence[str]) -> None:

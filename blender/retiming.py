@@ -24,6 +24,7 @@ from .animated import (
     fcurves_of,
     frame_notes,
     is_discrete,
+    keyed,
     keys_of,
     own_copy,
     plays_once,
@@ -105,7 +106,7 @@ def extent(objects: Sequence[Thing]) -> tuple[float, float]:
             if unit.strip is not None:
                 low, high = min(low, unit.strip.frame_start), max(high, unit.strip.frame_end)
                 continue
-            for curve in fcurves_of(unit.action, unit.slot):
+            for curve in filter(keyed, fcurves_of(unit.action, unit.slot)):
                 first, last = curve.range()
                 low, high = min(low, first), max(high, last)
     return float(low), float(high)
@@ -153,7 +154,7 @@ def _move_range(scene: Thing, timing: Timing) -> None:
         first, last = (round(timing.moved(getattr(scene, name))) for name in (start, end))
         # The one that gives way first must not push the other.
         for name, frame in ((end, max(last, getattr(scene, start))), (start, first), (end, last)):
-            setattr(scene, name, max(0, frame))
+            setattr(scene, name, frame)
 
 
 def _by_keys(
@@ -173,6 +174,9 @@ def _by_keys(
                     "own; its strip time was retimed, its keys were not"
                 )
                 continue
+            if hasattr(unit.action, "layers") and unit.slot is None:
+                # It plays nothing of its action.
+                continue
             line = unit.line
             key = (unit.action.name_full, round(line.at - line.start / line.speed, 4), round(line.speed, 6))
             groups.setdefault(key, []).append(unit)
@@ -189,8 +193,6 @@ def _by_keys(
             slot: Thing = slots.get(i)
             has_slots = hasattr(old, "layers")
             action = (slot.id_data if has_slots else slot) if new else old
-            if has_slots and slot is None:
-                continue
             own = slot.identifier if has_slots else action.name
             if own not in done:
                 done.add(own)
@@ -226,7 +228,7 @@ def _retime_action(
     first: bool,
 ) -> None:
     line = unit.line
-    curves = [curve for curve in fcurves_of(action, slot) if len(curve.keyframe_points) or len(curve.sampled_points)]
+    curves = [curve for curve in fcurves_of(action, slot) if keyed(curve)]
     low, high = (float(frame) for frame in line.inner(np.array(reach)))
     draws: list[tuple[CurveSegments, Any]] = []
     exact: list[Keys] = []

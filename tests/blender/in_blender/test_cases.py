@@ -411,6 +411,44 @@ def test_nothing_selected_and_nothing_that_moves_are_refused(scene):
         run("retime")
 
 
+def test_an_action_without_curves_is_nothing_that_moves(scene):
+    still = empty("still")
+    still.animation_data_create().action = bpy.data.actions.new("nothing")
+    select(still)
+    with pytest.raises(RuntimeError, match="nothing that is selected has keys"):
+        run("retime")
+    ball = swinging(empty())
+    check([ball, still])
+
+
+def test_in_pose_mode_what_is_posed_is_retimed(scene):
+    rig = walker(n_frames=60)
+    select(rig)
+    draw_curve(PAIRS)
+    wanted = poses([rig], shown(FRAMES))
+    bpy.ops.object.mode_set(mode="POSE")
+    rig.select_set(False)
+    run("use_curve")
+    assert rig.mode == "POSE"
+    np.testing.assert_allclose(poses([rig], FRAMES), wanted, atol=1e-5)
+
+
+def test_a_rig_that_constraints_move_is_seen_as_it_moves(scene):
+    """Bones that no key moves, but targets: their poses are found, and follow."""
+    rig = walker(extra_bones=False)
+    target = swinging(empty("target"), frames=range(1, 121, 10))
+    for side in "LR":
+        held = rig.pose.bones[f"arm.{side}"].constraints.new("DAMPED_TRACK")
+        held.target = target
+    select(rig, target)
+    scene.retime.search_length = "75%"
+    run("preview")
+    frames = np.arange(1, 91)
+    wanted = poses([rig, target], shown(frames))
+    run("retime")
+    np.testing.assert_allclose(poses([rig, target], frames), wanted, atol=1e-5)
+
+
 def test_frames_below_zero_and_far_from_it(scene):
     for start in (-200, 20000):
         ball = swinging(empty(), frames=range(start, start + 60, 7))
