@@ -54,16 +54,18 @@ def test_a_hands_timing_is_carried_over():
 
 
 def test_in_step_the_output_lasts_as_long_as_the_reference():
-    found = answer(asked(way="SYNCHRONISE", reference=[wave(150)], given={"length": "10%", "smoothness": 0.1}))
-    assert found.timing.end == 250
+    found = answer(
+        asked(way="SYNCHRONISE", clips=[wave(60)], reference=[wave(50)], given={"length": "10%", "smoothness": 0.1})
+    )
+    assert found.timing.end == 150
     with pytest.raises(OptionError) as caught:
         answer(asked(way="SYNCHRONISE"))
     assert caught.value.option == "reference"
 
 
 def test_a_group_has_one_timing():
-    found = answer(asked(clips=[wave(), wave(seed=1)], reference=[wave(seed=2), wave(seed=3)], given={"length": "80%"}))
-    assert found.timing.end == 260
+    pair, others = [wave(60), wave(60, seed=1)], [wave(60, seed=2), wave(60, seed=3)]
+    assert answer(asked(clips=pair, reference=others, given={"length": "80%"})).timing.end == 148
 
 
 @pytest.mark.parametrize(
@@ -100,7 +102,7 @@ def test_a_search_tells_how_far_it_is_and_ends_where_nobody_listens():
         raise EnoughError
 
     with pytest.raises(EnoughError):
-        answer(asked(given={"length": "70%"}), stop)
+        answer(asked(clips=[wave(1500)], given={"length": "70%"}), stop)
 
 
 def test_warnings_are_handed_on():

@@ -14,6 +14,7 @@ import numpy as np
 
 from retime.arrays import FloatArray, IntArray
 from retime.kernels import PathProblem, PosedJoints, PricedPath, RowFormat, StepPairs, TurnedJoints, turn_axes
+from retime.progress import look
 
 _LANES = 16
 # kCancelled in exact_distances.hpp.
@@ -269,6 +270,8 @@ def _pairs(steps: StepPairs, n_input: int) -> Iterator[tuple[int, int, int]]:
     """Yield the place of each pair, and its steps in frames; those that fit into so many frames."""
     before, after = steps.steps[steps.before], steps.steps[steps.after]
     for pair in np.flatnonzero(before + after < n_input).tolist():
+        # Each takes a while: whoever watches may end the work here.
+        look()
         yield pair, int(before[pair]), int(after[pair])
 
 
@@ -433,6 +436,7 @@ def _keep(cost: FloatArray, frame: int | None) -> None:
 
 def _advance(scores: FloatArray, steps: IntArray, cost: FloatArray, won: np.ndarray) -> FloatArray:
     """One layer of Eq. 4; `won` gets the place of the winning step before each (j, b)."""
+    look()
     totals = cost[:, :, None] + scores
     best = np.argmin(totals, axis=1)
     won[...] = best
