@@ -200,7 +200,9 @@ def page(results: Mapping[str, Any]) -> str:
 
 
 def _target(row: Mapping[str, Any]) -> str:
-    verdict = "not measured" if row["met"] is None else "met" if row["met"] else "**not met**"
+    verdict = "met" if row["met"] else "**not met**"
+    if row["met"] is None:
+        verdict = "not measured" if row["target"] else ""
     return f"| {row['what']} | {row['target'].replace('>=', '≥').replace('<=', '≤')} | {row['text']} | {verdict} |"
 
 
