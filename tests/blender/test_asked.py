@@ -102,7 +102,7 @@ def test_a_search_tells_how_far_it_is_and_ends_where_nobody_listens():
         raise EnoughError
 
     with pytest.raises(EnoughError):
-        answer(asked(clips=[wave(1500)], given={"length": "70%"}), stop)
+        answer(asked(clips=[wave(8000)], given={"length": "70%"}), stop)
 
 
 def test_warnings_are_handed_on():
