@@ -79,7 +79,10 @@ class Job:
     def search(self) -> None:
         """Search; in any thread. The answer, or what was raised, is kept."""
         try:
-            self.answer = answer(self.asked, self._tell)
+            found = answer(self.asked, self._tell)
+            # A short search may end before it says anything; who pressed Esc wants nothing of it.
+            self._tell(1.0)
+            self.answer = found
         except Exception as error:
             # It is raised again in Blender's own thread, by `answered`.
             self.error = error
