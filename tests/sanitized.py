@@ -27,4 +27,5 @@ def use_kernels(path: Path) -> None:
         raise ImportError(f"{path}: {why}")
 
 
-use_kernels(Path(os.environ["RETIME_KERNELS"]))
+if named := os.environ.get("RETIME_KERNELS"):
+    use_kernels(Path(named))

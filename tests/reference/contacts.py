@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from retime.motion.body import body_joint
 from retime.motion.motion import Motion
 from tests.reference.kinematics import end_position, global_matrix
 
@@ -21,9 +22,14 @@ def positions(motion: Motion, foot: Place) -> list[np.ndarray]:
 
 
 def lowest_of_all(motion: Motion) -> list[float]:
-    """Least height of any joint or end site, in each frame."""
-    everything = [(joint, None) for joint in range(motion.skeleton.n_joints)]
-    everything += [(site.parent, i) for i, site in enumerate(motion.skeleton.end_sites)]
+    """Least height of any joint or end site of the body, in each frame."""
+    body = body_joint(motion)
+
+    def hangs_on_it(joint: int) -> bool:
+        return joint == body or (joint >= 0 and hangs_on_it(motion.skeleton.parents[joint]))
+
+    everything = [(joint, None) for joint in range(motion.skeleton.n_joints) if hangs_on_it(joint)]
+    everything += [(site.parent, i) for i, site in enumerate(motion.skeleton.end_sites) if hangs_on_it(site.parent)]
     heights = [[point[1] for point in positions(motion, place)] for place in everything]
     return [min(column) for column in zip(*heights, strict=True)]
 

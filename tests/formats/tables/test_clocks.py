@@ -16,6 +16,7 @@ import pytest
 from retime import apply_warp, resample
 from retime.errors import FormatError, FormatWarning
 from retime.formats import Limits, read, write
+from retime.formats.tables.time_column import numeric_times
 from retime.motion.clock import Clock
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
@@ -36,6 +37,13 @@ def written(folder: Path, signal: Signal) -> tuple[str, list[str]]:
     with (folder / "b.csv").open(newline="") as file:
         rows = list(csv.reader(file))
     return rows[0][0], [row[0] for row in rows[1:]]
+
+
+@pytest.mark.parametrize("sample", ["0.00 1", "", "1/0", "1e999", "0.5", "nan"])
+def test_a_first_cell_that_is_not_what_was_read_is_written_anew(sample: str) -> None:
+    # As of a damaged row, which was left out.
+    column = numeric_times("time", np.array([0.25, 0.5, 0.75]), sample, None)
+    assert (column.clock.start, column.clock.sample) == (Fraction(1, 4), "0.25")
 
 
 @pytest.mark.parametrize(

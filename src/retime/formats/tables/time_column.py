@@ -188,10 +188,16 @@ def numeric_times(name: str, times: FloatArray, sample: str, form: ClockForm | N
     times : float array, shape (n_rows,)
         Its numbers.
     sample : str
-        The first of them as written, with a point.
+        The first of them as written, with a point. Where it is another number, or none (the row was damaged, and left
+        out), the first time is written anew.
     form : str, optional
         In what they count, where that is known.
     """
+    try:
+        written = float(Fraction(sample)) == times[0]
+    except (ValueError, ArithmeticError):
+        written = False
+    sample = sample if written else repr(float(times[0]))
     known = form or form_of_values(times)
     decimals = len(sample.lower().partition("e")[0].partition(".")[2])
     ticks = TICKS[known]
