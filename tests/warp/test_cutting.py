@@ -197,8 +197,10 @@ def test_many_curves_are_cut_as_each_alone(seed: int, n_curves: int, forward: bo
     for index, curve in enumerate(curves):
         alone, its_source = cut_curve(curve, warp)
         found = cut.curve(index)
-        for name in ("times", "values", "kinds", "end_time", "end_value"):
-            np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
+        np.testing.assert_array_equal(found.kinds, alone.kinds)
+        for name in ("times", "values", "end_time", "end_value"):
+            # To the last bits: vectors of other lengths are added in another order.
+            np.testing.assert_allclose(getattr(found, name), getattr(alone, name), rtol=1e-12, atol=1e-14)
         np.testing.assert_array_equal(source[cut.starts[index] : cut.starts[index + 1]], its_source)
         shown = float(warp(warp.output_end))
         assert found(np.array([warp.output_end]))[0, 0] == pytest.approx(curve(np.array([shown]))[0, 0], abs=1e-9)

@@ -256,7 +256,7 @@ def to_rotation_vectors(q: ArrayLike, *, near: ArrayLike | None = None) -> Float
     >>> quarter = from_rotation_vectors([0.0, 0.0, np.pi / 2])
     >>> (to_rotation_vectors(quarter) / np.pi).round(9).tolist()
     [0.0, 0.0, 0.5]
-    >>> (to_rotation_vectors(quarter, near=[0.0, 0.0, -4.0]) / np.pi).round(9).tolist()
+    >>> ((to_rotation_vectors(quarter, near=[0.0, 0.0, -4.0]) / np.pi).round(9) + 0.0).tolist()
     [0.0, 0.0, -1.5]
     """
     q = np.asarray(q, dtype=np.float64)
