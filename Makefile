@@ -23,7 +23,7 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench study lock clean FORCE
+.PHONY: help install page demo test check core extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench bench-extras study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -138,8 +138,13 @@ study: $(INSTALLED)  ## Run the paper's evaluations on the captures in DATA, int
 	$(PY) -m study.report.docs out/study docs/study
 
 bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py; write docs/performance.md
-	set -e; for script in benchmarks/bench_*.py; do $(PY) $$script; done
+	set -e; for script in $(filter-out $(HEAVY_BENCHES),$(wildcard benchmarks/bench_*.py)); do $(PY) $$script; done
 	$(PY) tools/make_performance.py
+
+# What compares with packages that only .venv/extras has; the figures are printed.
+HEAVY_BENCHES := benchmarks/bench_batch.py benchmarks/bench_video.py
+bench-extras: $(INSTALLED) $(EXTRAS_MADE)  ## Measure what needs the heavy extras: many clips, and video
+	set -e; for script in $(HEAVY_BENCHES); do $(EXTRAS)/bin/python $$script; done
 
 # --universal: one file for every Python and system. No address of a registry: pip finds the files where its user says.
 UV_LOCK = $(PY) -m uv pip compile pyproject.toml --quiet $(UPGRADE) --universal --python-version 3.11 --generate-hashes \
