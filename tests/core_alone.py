@@ -27,7 +27,12 @@ def main() -> None:
     for part in CORE:
         package = importlib.import_module(f"retime.{part}")
         for module in pkgutil.walk_packages(getattr(package, "__path__", []), f"retime.{part}."):
-            importlib.import_module(module.name)
+            try:
+                importlib.import_module(module.name)
+            except ModuleNotFoundError as error:
+                # What runs USD's own libraries is loaded by a process of its own, and by nothing else.
+                if (error.name, module.name.startswith("retime.formats.curves.usd_")) != ("pxr", True):
+                    raise
     found = runpy.run_path(str(TESTS / "search" / "sample_warps.py"))["digests"]()
     expected = json.loads((TESTS / "search" / "sample_digests.json").read_text(encoding="utf-8"))
     different = [name for name in expected if found.get(name) != expected[name]]
