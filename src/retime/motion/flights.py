@@ -72,7 +72,8 @@ def flights(motion: Moving, *, clearance: float = 0.03, minimum: float = 0.06) -
     heights = np.concatenate([poses.positions[:, :, 1], poses.end_positions[:, :, 1]], axis=1) * scale
     lowest = heights.min(axis=1)
     clear = lowest - lowest_around(lowest, max(1, round(_GROUND_WINDOW * rate)))
-    mean = poses.positions[:, :, 1].mean(axis=1) * scale
+    # In order of height: a sum is then the same to the last bit whatever order a file lists its joints in.
+    mean = np.sort(poses.positions[:, :, 1], axis=1).mean(axis=1) * scale
     lags = [max(1, round(lag * rate)) for lag in _LAGS]
     if motion.n_frames <= max(lags):
         return []
