@@ -266,3 +266,16 @@ def test_an_unexpected_error_is_one_clip_s(library: Path, tmp_path: Path, monkey
     (record,) = retime_clip(task)
     assert (record.status, record.code) == ("failed", "unexpected")
     assert "ZeroDivisionError: of no kind that is known (test_run.py:" in record.message
+
+
+def test_a_free_length_needs_a_search(library: Path, tmp_path: Path) -> None:
+    task = ClipTask(
+        str(library / "c.bvh"),
+        "c.bvh",
+        str(tmp_path),
+        ("c.bvh",),
+        Treatment(method="linear", search={"length": "free"}),
+    )
+    (record,) = retime_clip(task)
+    assert (record.code, record.output) == ("option", "")
+    assert "a free length needs a search; the method linear has none" in record.message

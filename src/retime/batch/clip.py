@@ -49,9 +49,8 @@ from retime.motion.channels import parse_channel
 from retime.motion.gaps import GapPolicy
 from retime.motion.grammar import parse_frame_range, parse_speeds, read_key, read_lock, read_span
 from retime.motion.rate import parse_rate
-from retime.motion.signal import Signal
 from retime.search.guided import guided_warp
-from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
+from retime.search.joined import joined_warp
 from retime.search.options import BY_NAME
 from retime.search.poses.references import Reference
 from retime.search.result import GuidedWarp
@@ -59,10 +58,8 @@ from retime.search.variants import variants
 from retime.search.wishes.locks import Lock
 from retime.search.written import option_reader, search_arguments
 from retime.svg import thinned
-from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
-from retime.warp.resampling import resample
-from retime.warp.spline import linear_warp, spline_warp
+from retime.warp.retimed import retimed
 
 # What an error is called in a manifest, by its class; the first that fits. "killed" and "timeout" are the engine's.
 _CODES: tuple[tuple[type[BaseException], str], ...] = (
@@ -339,17 +336,10 @@ def _found(
                 overwrite=overwrite,
             )
             return
-        write(resampled(clip, warp, average=given.average, on=given.on), place, overwrite=overwrite)
+        write(retimed(clip, warp, average=given.average, held=given.on), place, overwrite=overwrite)
 
     shown = ShownFrames(warp, clip.rate, whole.n_frames, skipped, clip.n_frames)
     return _record(task, clip, warp, search), write_to, shown
-
-
-def resampled(clip: AnyMotion, warp: Warp, *, average: bool, on: int) -> AnyMotion:
-    """Show a clip of either kind with a warp, and hold each pose for some frames."""
-    if isinstance(clip, Signal):
-        return resample(apply_warp(clip, warp, average=average), on=on)
-    return resample(apply_warp(clip, warp, average=average), on=on)
 
 
 def _record(task: ClipTask, clip: AnyMotion, warp: Warp, search: GuidedWarp | None) -> Record:
@@ -462,9 +452,4 @@ def _warp_of(clip: AnyMotion, given: Treatment) -> tuple[Warp, GuidedWarp | None
         raise OptionError(
             f"method {given.method} has no search: {', '.join(useless) or 'references and locks'} would have no effect"
         )
-    length = given.search.get("length")
-    with asking_for_a_share(clip, length):
-        keytimes = check_keytimes(as_keytimes(clip, length, keys), clip.end_time)
-    if given.method == "linear":
-        return linear_warp(keytimes), None
-    return spline_warp(keytimes, rate=float(clip.rate)), None
+    return joined_warp(clip, given.search.get("length"), keys, given.method), None

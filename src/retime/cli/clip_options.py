@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from retime.formats.read_options import ReadOptions
     from retime.motion.any_motion import AnyMotion
     from retime.motion.channels import ChannelKind
-    from retime.motion.contacts import Contacts
     from retime.motion.gaps import GapPolicy
     from retime.motion.motion import Up
-    from retime.warp.curve import Warp
 
 PATH = click.Path(path_type=Path)
 
@@ -155,20 +153,6 @@ def hint_at_up(clip: AnyMotion, up: str | None) -> None:
             RetimeWarning,
             stacklevel=2,
         )
-
-
-def retimed(clip: AnyMotion, warp: Warp, *, average: bool, feet: Contacts | None = None, held: int = 1) -> AnyMotion:
-    """Apply a warp to whichever kind of clip this is, and hold each pose for some frames.
-
-    `feet`, where they were found already, spare finding them.
-    """
-    from retime.motion.signal import Signal
-    from retime.warp.apply import apply_warp
-    from retime.warp.resampling import resample
-
-    if isinstance(clip, Signal):
-        return resample(apply_warp(clip, warp, average=average), on=held)
-    return resample(apply_warp(clip, warp, average=average, contacts="find" if feet is None else feet), on=held)
 
 
 def resampled(clip: AnyMotion, rate: Fraction | None, *, held: int) -> AnyMotion:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from retime.cli.clip_options import ClipOptions, retimed
+from retime.cli.clip_options import ClipOptions
 from retime.cli.terminal import Stages
 from retime.errors import OptionError
 
@@ -88,6 +88,8 @@ class Writing:
             return None
         assert clip is not None
         with stages.stage("apply", "resampling"):
+            from retime.warp.retimed import retimed
+
             result = retimed(clip, warp, average=self.average, feet=feet, held=self.held)
         with stages.stage("write", "writing"):
             write(result, place, overwrite=self.force)

@@ -455,8 +455,7 @@ def _find(
     """Find the warp by the method asked for; `beats` are more keytimes."""
     from retime.search.align import align
     from retime.search.guided import guided_warp
-    from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
-    from retime.warp.spline import linear_warp, spline_warp
+    from retime.search.joined import joined_warp
 
     clip = clips[0]
     keys = [key.at(clip.rate) for key in request.keys] + [(key.input_time, key.output_time) for key in beats]
@@ -474,11 +473,7 @@ def _find(
                 **options,
             )
         return search.warp, search
-    with asking_for_a_share(clip, request.search.get("length")):
-        keytimes = check_keytimes(as_keytimes(clip, request.search.get("length"), keys), clip.end_time)
-    if request.method == "linear":
-        return linear_warp(keytimes), None
-    return spline_warp(keytimes, rate=float(clip.rate)), None
+    return joined_warp(clip, request.search.get("length"), keys, request.method), None
 
 
 def _options(request: _Request, clip: AnyMotion) -> dict[str, Any]:

@@ -6,7 +6,6 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from retime.project.reader import Find, Reader, Sources, as_paths
 from retime.search import options
 from retime.search.align import AlignSession
 from retime.search.imitate import imitate
-from retime.search.keytimes import as_keytimes, asking_for_a_share, check_keytimes
+from retime.search.joined import joined_warp
 from retime.search.result import GuidedWarp
 from retime.search.session import Session, flights_of
 from retime.search.wishes.locks import Lock
@@ -99,15 +98,7 @@ class DocumentSolver:
         clip = sources.clips[0]
         keys = [key_of(key) for key in document.keys]
         if document.method in ("linear", "spline"):
-            length = document.options.get("length")
-            if length == "free":
-                raise OptionError(
-                    f"a free length needs a search; the method {document.method} has none", option="length"
-                )
-            with asking_for_a_share(clip, length):
-                keytimes = check_keytimes(as_keytimes(clip, length, keys), clip.end_time)
-            join = linear_warp if document.method == "linear" else partial(spline_warp, rate=float(clip.rate))
-            warp = join(keytimes)
+            warp = joined_warp(clip, document.options.get("length"), keys, document.method)
             return Solution(document, sources, replace(warp, name=clip.name), None)
         search = self._session(document, sources).solve(
             keys=keys, locks=_locks(document), **_given(document, "solve", document.method)
