@@ -20,6 +20,7 @@ from typing import IO, Any
 
 from retime.batch.clip import failed, retime_clip
 from retime.batch.task import ClipTask, Record
+from retime.child_process import child_environment
 
 # A clip of which so many processes have died is set aside.
 TRIES = 3
@@ -85,7 +86,7 @@ class ChildRunner:
         if self._process is not None and self._process.poll() is None:
             return self._process
         self.close()
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        environment = child_environment()
         # One clip is done by one thread of arithmetic: there are as many processes as processors.
         for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RETIME_THREADS"):
             environment.setdefault(name, "1")

@@ -13,7 +13,6 @@ Needs the extra ``parquet`` (pyarrow).
 from __future__ import annotations
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from typing import Any
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.child_process import child_environment
 from retime.errors import FormatError, FormatWarning, MissingExtraError, OptionError
 from retime.files import write_bytes
 from retime.formats.channel_meaning import make_signal
@@ -123,7 +123,7 @@ def _try_in_child(path: Path, data: bytes, limits: Limits) -> None:
     bytes give the same again.
     """
     command = [sys.executable, "-c", _CHILD, json.dumps(asdict(limits))]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment = child_environment()
     seconds = _LEAST_SECONDS + len(data) / _BYTES_A_SECOND
     try:
         ended = subprocess.run(

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
+from retime.child_process import child_environment
 from retime.errors import FormatError, MissingExtraError, OptionError, RetimeWarning
 from retime.media.kinds import find_sequence, is_media, is_sequence, refuse_references
 from retime.progress import look
@@ -60,7 +61,7 @@ def run(request: dict[str, Any], path: Path, take: Callable[[dict[str, Any]], No
     FormatError
         The file ends the process, or it hangs; and whatever the process raises.
     """
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment = child_environment()
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
             [sys.executable, "-c", _COMMAND],

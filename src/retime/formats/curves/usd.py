@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.child_process import child_environment
 from retime.errors import FormatError, FormatWarning, InvalidMotionError, MissingExtraError
 from retime.files import write_bytes
 from retime.formats.channel_meaning import make_signal
@@ -73,8 +74,8 @@ class Decoder:
         self.limits, self._seconds = limits, seconds
         self.is_dead = False
         self._folder = tempfile.TemporaryDirectory(prefix="retime-usd-", ignore_cleanup_errors=True)
-        environment = {name: value for name, value in os.environ.items() if not name.startswith(_LEFT_OUT)}
-        environment |= {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PXR_WORK_THREAD_LIMIT": "1"}
+        environment = {name: value for name, value in child_environment().items() if not name.startswith(_LEFT_OUT)}
+        environment["PXR_WORK_THREAD_LIMIT"] = "1"
         command = [
             sys.executable,
             "-m",
