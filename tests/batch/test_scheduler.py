@@ -17,6 +17,9 @@ from retime.batch import run
 from tests.batch.storm import children_of, contents, make_library, wait_for_lines
 
 distributed = pytest.importorskip("distributed", reason="distributed (the extra retime[batch]) is not installed")
+from distributed.client import ClosedClientError  # noqa: E402 - of what may be missing
+from distributed.comm import CommClosedError  # noqa: E402
+
 pytestmark = pytest.mark.extras
 
 
@@ -77,15 +80,45 @@ def test_a_scheduler_that_goes_away_is_said_and_gone_on_without(
     )
     wait_for_lines(tmp_path / "out" / "manifest.jsonl", 20)
     scheduler.kill()
-    assert process.wait(timeout=120) == 1
-    assert process.stderr is not None
-    assert b"the scheduler is gone; run the same command again to go on" in process.stderr.read()
-    process.stderr.close()
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 1, said
+    assert b"the scheduler is gone; run the same command again to go on" in said
     result = run(library.root, tmp_path / "out", {"length": "80%"}, workers=0)
     assert result.counts["kept"] >= 15
     # Here no clip is deadly: what is damaged fails.
     damaged = {name for name, code in library.bad.items() if code in ("format", "option")}
     assert {record.name for record in result.failures} == damaged
+
+
+@pytest.mark.parametrize(
+    ("what", "error"),
+    [
+        ("nthreads", CommClosedError("in <TCP>: Connection reset by peer")),
+        ("nthreads", TimeoutError("Timed out during handshake")),
+        ("submit", ClosedClientError("Client is closed. Can't send update-graph message.")),
+        ("result", CommClosedError("in <TCP>: Stream is closed")),
+        ("result", distributed.CancelledError("lost")),
+    ],
+)
+def test_a_line_that_breaks_at_any_call_has_one_error(
+    what: str, error: Exception, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library = make_library(tmp_path / "in", 4, 7)
+
+    def broken(*_args: object, **_kwargs: object) -> None:
+        raise error
+
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as local,
+        distributed.Client(local) as client,
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(distributed.Future if what == "result" else client, what, broken)
+            with pytest.raises(ConnectionError, match="the scheduler is gone; run the same command again"):
+                run(library.root, tmp_path / "out", {"length": "80%"}, client=client)
+        # The same call goes on.
+        result = run(library.root, tmp_path / "out", {"length": "80%"}, client=client)
+    assert len(result.failures) == len(library.bad)
 
 
 def test_a_client_is_taken_as_it_is(tmp_path: Path) -> None:

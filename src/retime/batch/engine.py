@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 CHUNK, AHEAD = 8, 2
 # Seconds after which it is asked again how many workers there are.
 _ASK_AGAIN = 5.0
+_GONE = "the scheduler is gone; run the same command again to go on"
 # A clip that was alone at so many workers when they died is set aside.
 _AGAIN = 3
 
@@ -136,12 +137,12 @@ def run_on(
         nonlocal threads, asked
         # Workers come and go; to ask for them takes a while.
         if not threads or time.monotonic() - asked > _ASK_AGAIN:
-            threads, asked = sum(client.nthreads().values()) or 1, time.monotonic()
+            threads, asked = sum(_of_scheduler(client.nthreads).values()) or 1, time.monotonic()
         while waiting and len(at_work) < threads * (1 + AHEAD):
             part = waiting.popleft()
             mark = secrets.token_hex(8)
             lines = [task.to_json() for task in part]
-            future = client.submit(_do_chunk, lines, str(out), mark, bounds, pure=False, retries=0)
+            future = _of_scheduler(client.submit, _do_chunk, lines, str(out), mark, bounds, pure=False, retries=0)
             at_work[future] = part
             completed.add(future)
 
@@ -150,8 +151,8 @@ def run_on(
         future = next(completed)
         part = at_work.pop(future)
         if future.status in ("cancelled", "lost"):
-            raise ConnectionError("the scheduler is gone; run the same command again to go on")
-        answers = future.result() if future.status == "finished" else None
+            raise ConnectionError(_GONE)
+        answers = _of_scheduler(future.result) if future.status == "finished" else None
         if answers is not None:
             for answer in answers:
                 yield tuple(Record.from_json(line) for line in answer)
@@ -166,6 +167,21 @@ def run_on(
                 message = f"the worker that did it died {_AGAIN} times"
                 yield (failed(task, "killed", message, 0.0),)
         submit()
+
+
+def _of_scheduler(ask: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
+    """Return what a call of the scheduler answers; a line that broke meanwhile has one error, whatever was asked.
+
+    The futures of a client are called cancelled a moment after its line broke; what is asked before, or just when
+    the line breaks, ends in errors of other kinds.
+    """
+    from distributed import CancelledError
+    from distributed.client import ClosedClientError
+
+    try:
+        return ask(*args, **kwargs)
+    except (OSError, CancelledError, ClosedClientError) as error:
+        raise ConnectionError(_GONE) from error
 
 
 _runners: dict[tuple[int, str, Bounds], ChildRunner] = {}
