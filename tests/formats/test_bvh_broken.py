@@ -169,14 +169,14 @@ def test_braces_of_a_deep_file_are_not_all_listed(tmp_path: Path) -> None:
 
 def test_a_huge_claim_costs_neither_time_nor_memory(tmp_path: Path) -> None:
     rows = "1.0 2.0 3.0 90.0 0.0 0.0 0.0 0.0 0.0\n" * 20_000
-    start = time.perf_counter()
+    start = time.process_time()
     tracemalloc.start()
     try:
         refuse(tmp_path, plain().replace("Frames: 2", "Frames: 2000000000") + rows)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     assert peak < 10 * len(rows)
 
 

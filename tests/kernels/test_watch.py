@@ -46,12 +46,12 @@ def test_what_a_watcher_raises_ends_the_kernel_at_once(name: str) -> None:
 
     def tell(share: float) -> None:
         if math.isnan(share) or share > 0:
-            raised.append(time.monotonic())
+            raised.append(time.process_time())
             raise EnoughError
 
     with pytest.raises(EnoughError), watching(tell):
         searching.solve(length="150%", **solve)
-    assert time.monotonic() - raised[0] < 0.5
+    assert time.process_time() - raised[0] < 0.5
     # Nothing of it stays behind: the next search is whole.
     assert searching.solve(length="50%").path.optimal
 

@@ -33,18 +33,18 @@ def clip(seconds: float = 2.0, rate: Fraction | int = 30) -> Signal:
     ],
 )
 def test_what_would_take_for_ever_is_refused_at_once(asked: dict[str, Any], words: str) -> None:
-    begun = time.monotonic()
+    begun = time.process_time()
     with pytest.raises(RetimeError, match=words) as caught:
         guided_warp(clip(), **asked)
-    assert time.monotonic() - begun < 3
+    assert time.process_time() - begun < 3
     assert "nan" not in str(caught.value)
 
 
 @pytest.mark.parametrize(("speed", "length"), [((1e-9, 2.0), "80%"), ("0.000000001..2", "80%"), ((1e-300, 1.0), None)])
 def test_limits_far_beyond_what_is_played_cost_nothing(speed: Any, length: str | None) -> None:
-    begun = time.monotonic()
+    begun = time.process_time()
     assert guided_warp(clip(), length=length, speed=speed).upsample <= 24
-    assert time.monotonic() - begun < 3
+    assert time.process_time() - begun < 3
 
 
 def test_a_limit_faster_than_any_step_is_refused() -> None:
@@ -73,10 +73,10 @@ def test_a_loop_through_many_steps_counts_each_of_them(monkeypatch: pytest.Monke
 
 def test_times_in_milliseconds_are_warned_of_and_refused_before_anything_is_computed() -> None:
     motion = clip(300 * 33.333, Fraction(1000, 33333))
-    begun = time.monotonic()
+    begun = time.process_time()
     with (
         pytest.warns(RetimeWarning, match="walk has 0.03 frames a second.* in milliseconds"),
         pytest.raises(OptionError, match=r"would take about .* minutes|GB of memory"),
     ):
         guided_warp(motion, length="70%")
-    assert time.monotonic() - begun < 5
+    assert time.process_time() - begun < 5
