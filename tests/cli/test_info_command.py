@@ -143,3 +143,28 @@ def test_a_backend_that_can_not_be_had_is_an_error(command) -> None:
 @pytest.mark.parametrize("arguments", [[], ["--build", "clip.bvh"]])
 def test_it_wants_a_clip_or_build(run, arguments) -> None:
     assert "give a CLIP" in run("info", *arguments, code=2).stderr
+
+
+@pytest.mark.extras
+def test_a_video(run, tmp_path) -> None:
+    pytest.importorskip("av", reason="needs the extra 'video'")
+    pytest.importorskip("cv2", reason="needs the extra 'video'")
+    from tests.media import clips as media
+
+    media.write_clip(tmp_path / "take.mkv", 60, samples=media.sound(2.0))
+    rows = dict(line.split(maxsplit=1) for line in run("info", "take.mkv", "--fps", "25").stdout.splitlines())
+    assert rows == {
+        "clip": "take.mkv, video (matroska)",
+        "length": "2.400 s",
+        "video": "ffv1, 96x64, yuv420p, 8 bits",
+        "frames": "60, numbered 0:59",
+        "rate": "25 Hz",
+        "audio": "pcm_s16le, 48000 Hz, 2 channels, 2.000 s",
+    }
+    document = json.loads(run("info", "take.mkv", "--json").stdout)
+    assert (document["holds"], document["frames"], document["exact_rate"]) == ("video", 60, "30")
+    assert [stream["type"] for stream in document["streams"]] == ["video", "audio"]
+    media.write_sound(tmp_path / "take.wav", media.sound(2.0))
+    assert "take.wav, sound (wav)" in run("info", "take.wav").stdout
+    (tmp_path / "take.mp4").write_bytes(b"#EXTM3U\nother.mp4\n")
+    assert "playlist" in run("info", "take.mp4", code=1).stderr

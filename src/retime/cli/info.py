@@ -31,7 +31,7 @@ _PACKAGES = ("numpy", "click")
 _NAMES_SHOWN = 4
 
 
-_EXAMPLES = "\b\nExamples\n  retime info walk.bvh\n  retime info --build\n"
+_EXAMPLES = "\b\nExamples\n  retime info walk.bvh\n  retime info take.mp4 --json\n  retime info --build\n"
 
 
 @click.command(
@@ -45,16 +45,25 @@ _EXAMPLES = "\b\nExamples\n  retime info walk.bvh\n  retime info --build\n"
 @click.option("--json", "as_json", cls=Option, is_flag=True, help="Print one JSON object.")
 @click.option("--build", cls=Option, is_flag=True, help="Say how retime itself is built: backend, versions, extras.")
 def command(*, clip: Path | None, clip_options: ClipOptions, as_json: bool, build: bool) -> None:
-    """Say what CLIP holds: joints, frames, rate, channels, units, flights, and what its names tell."""
+    """Say what CLIP holds: joints, frames, rate, channels, units, flights, and what its names tell.
+
+    Of video, pictures and sound: streams, sizes, rates, lengths, colours and chapters.
+    """
     if build == (clip is not None):
         raise click.UsageError("give a CLIP, or --build" if clip is None else "give a CLIP or --build, not both")
     if clip is None:
         document = _describe_build()
         rows = _build_rows(document)
     else:
-        motion = clip_options.read(clip)
-        document = _describe_clip(clip, motion, clip_options.array) | {"facts": _facts(clip, clip_options)}
-        rows = _clip_rows(document)
+        from retime.media.kinds import is_media
+
+        if is_media(clip):
+            document = _describe_media(clip, clip_options)
+            rows = _media_rows(document)
+        else:
+            motion = clip_options.read(clip)
+            document = _describe_clip(clip, motion, clip_options.array) | {"facts": _facts(clip, clip_options)}
+            rows = _clip_rows(document)
     if as_json:
         say_json(document)
     else:
@@ -192,6 +201,77 @@ def _describe_clip(path: Path, clip: AnyMotion, arrays: tuple[str, ...]) -> dict
         "mirror_pairs": [[names[i], names[j]] for i, j in enumerate(partners) if j is not None and i < j],
         "parts": [part and f"{part.side} {part.base}".strip() for part in body_parts(names)],
     }
+
+
+def _describe_media(path: Path, clip_options: ClipOptions) -> dict[str, Any]:
+    """Describe video, pictures or sound; its first video, or else its first sound, stands for the whole."""
+    from retime.media.description import describe_media
+
+    media = describe_media(path, fps=clip_options.fps)
+    video = next((one for one in media["streams"] if one["type"] == "video"), None)
+    sound = next((one for one in media["streams"] if one["type"] == "audio"), None)
+    document = {"path": str(path), "format": media["container"], "name": path.stem}
+    if video is not None:
+        pictures = media["container"] == "numbered pictures"
+        document |= {"holds": "pictures" if pictures else "video", "first_frame": 0}
+        document |= {key: video[key] for key in ("frames", "rate", "exact_rate", "seconds")}
+    elif sound is not None:
+        document |= {"holds": "sound", "seconds": sound["seconds"]}
+    else:
+        document |= {"holds": "a picture", "seconds": 0.0}
+    return document | {key: media[key] for key in ("n_streams", "streams", "chapters")}
+
+
+def _media_rows(media: dict[str, Any]) -> list[tuple[str, str]]:
+    rows = [("clip", f"{media['path']}, {media['holds']} ({media['format']})"), ("length", f"{media['seconds']:.3f} s")]
+    for stream in media["streams"]:
+        rows += _video_rows(stream) if stream["type"] == "video" else [(stream["type"], _stream_text(stream))]
+    unlisted = media["n_streams"] - len(media["streams"])
+    if unlisted:
+        rows.append(("streams", f"{unlisted} more"))
+    if media["chapters"]:
+        named = [f"{one['start']:.2f}-{one['end']:.2f} s {one['title']}".rstrip() for one in media["chapters"]]
+        rows.append(("chapters", f"{len(named)}: {_few(named)}"))
+    return rows
+
+
+def _video_rows(video: dict[str, Any]) -> list[tuple[str, str]]:
+    """Say what a stream of frames is: a row for each side of it that a person may have to know."""
+    look = f"{video['pixel_format']}, {video['bits']} bits" + (", with alpha" if video["alpha"] else "")
+    shape = "" if video["pixel_aspect"] in ("1", "1/1") else f", pixels of {video['pixel_aspect'].replace('/', ':')}"
+    rate = f"{video['rate']:.6g} Hz" + (f" ({video['exact_rate']})" if "/" in video["exact_rate"] else "")
+    rows = [
+        ("video", f"{video['codec']}, {video['width']}x{video['height']}, {look}{shape}{_named(video)}"),
+        ("frames", f"{video['frames']}, numbered 0:{video['frames'] - 1}"),
+        ("rate", f"variable, {rate} in the mean" if video["variable_rate"] else rate),
+    ]
+    if video["rotation"]:
+        rows.append(("rotation", f"shown turned by {video['rotation']} degrees clockwise"))
+    if video["interlaced"]:
+        rows.append(("interlaced", "two fields a frame"))
+    colours = [f"{name} {video[name]}" for name in ("range", "matrix", "primaries", "transfer") if video[name]]
+    if colours:
+        rows.append(("colour", ", ".join(colours) + (f" (HDR, {video['hdr']})" if video["hdr"] else "")))
+    if video["light"]:
+        rows.append(("light", ", ".join(video["light"])))
+    return rows
+
+
+def _stream_text(stream: dict[str, Any]) -> str:
+    """Say what a stream of sound, a cover or a subtitle is."""
+    said = [stream["codec"]]
+    if "channels" in stream:
+        channels = "1 channel" if stream["channels"] == 1 else f"{stream['channels']} channels"
+        placed = "" if "channel" in stream["layout"] else f" ({stream['layout']})"
+        said += [f"{stream['rate']} Hz", channels + placed, f"{stream['seconds']:.3f} s"]
+    if "width" in stream:
+        said.append(f"{stream['width']}x{stream['height']}")
+    return ", ".join(said) + _named(stream)
+
+
+def _named(stream: dict[str, Any]) -> str:
+    # "und" is how MP4 says that nobody said a language.
+    return "".join(f", {stream[key]}" for key in ("language", "title") if stream.get(key, "und") != "und")
 
 
 def _clip_rows(clip: dict[str, Any]) -> list[tuple[str, str]]:

@@ -188,13 +188,26 @@ def _features(job: dict[str, Any], tell: _Teller) -> None:
 
     path = Path(job["path"])
     fps = None if job["fps"] is None else Fraction(job["fps"])
-    if is_sequence(path):
-        _lock_up(2)
-        find_features(path, None, fps, Report(tell))
-        return
-    with path.open("rb") as source:
-        _lock_up(0)
+    with contextlib.ExitStack() as stack:
+        source = None if is_sequence(path) else stack.enter_context(path.open("rb"))
+        # Numbered pictures are opened one at a time.
+        _lock_up(2 if source is None else 0)
         find_features(path, source, fps, Report(tell))
+
+
+def _describe(job: dict[str, Any], tell: _Teller) -> None:
+    """Tell what a file holds."""
+    _load_everything()
+    from retime.media.description import tell_description
+    from retime.media.kinds import is_sequence
+    from retime.media.work import Report
+
+    path = Path(job["path"])
+    fps = None if job["fps"] is None else Fraction(job["fps"])
+    with contextlib.ExitStack() as stack:
+        source = None if is_sequence(path) else stack.enter_context(path.open("rb"))
+        _lock_up(2 if source is None else 0)
+        tell_description(path, source, fps, Report(tell))
 
 
 def _sound(job: dict[str, Any], tell: _Teller) -> None:
@@ -209,7 +222,7 @@ def _sound(job: dict[str, Any], tell: _Teller) -> None:
         write_samples(path, source, target, spool, Report(tell))
 
 
-_DOES = {"sound": _sound, "retime": _retime, "features": _features}
+_DOES = {"sound": _sound, "retime": _retime, "features": _features, "describe": _describe}
 
 if __name__ == "__main__":
     main()

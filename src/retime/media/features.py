@@ -22,7 +22,7 @@ from retime.checks import path_of
 from retime.errors import FormatError
 from retime.files import resolved
 from retime.media.extras import needed
-from retime.media.kinds import is_sequence, is_sound
+from retime.media.kinds import is_sound
 from retime.media.process import check_media, run
 from retime.motion.rate import parse_rate, usual_rate
 from retime.motion.signal import Signal
@@ -103,22 +103,10 @@ def _remembered(flow: FloatArray, rate: float) -> FloatArray:
 
 def find_features(path: Path, source: Any, fps: Fraction | None, report: Any) -> None:
     """Tell what moves, frame by frame. Runs in the process that may die of it."""
-    from retime.media.kinds import find_sequence
-    from retime.media.opening import SharedFile, open_media
-    from retime.media.reader import FrameReader, PictureReader, VideoReader
+    from retime.media.streams import first_frames
 
     cv2 = needed("cv2")
-    reader: FrameReader
-    if is_sequence(path):
-        sequence = find_sequence(path)
-        reader = PictureReader([sequence.file(number) for number in sequence.numbers], fps or Fraction(24), report.beat)
-    else:
-        shared = SharedFile(source)
-        with open_media(shared, path) as container:
-            index = next((stream.index for stream in container.streams.video), None)
-        if index is None:
-            raise FormatError("no video: a warp is found from what a video shows", path=path)
-        reader = VideoReader(shared, path, index, fps, report.beat)
+    reader = first_frames(path, source, fps, report.beat)
     times = reader.times
     first = reader.get(0)
     tall = first.height > first.width

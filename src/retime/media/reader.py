@@ -23,6 +23,9 @@ _KEPT_BYTES = 96 << 20
 _LEAST_KEPT = 6
 _READ_OVER = 8
 
+Beat = Callable[[], None]
+"""Called whenever something was decoded."""
+
 
 class FrameReader(Protocol):
     """Frames by their number in the order of showing."""
@@ -79,9 +82,7 @@ class VideoReader:
         Called whenever something was decoded.
     """
 
-    def __init__(
-        self, shared: SharedFile, path: Path, index: int, rate: Fraction | None, beat: Callable[[], None]
-    ) -> None:
+    def __init__(self, shared: SharedFile, path: Path, index: int, rate: Fraction | None, beat: Beat) -> None:
         self._shared, self._path, self._index, self._beat = shared, path, index, beat
         with open_media(shared, path) as container:
             stream = container.streams[index]
@@ -221,7 +222,7 @@ class PictureReader:
         Called whenever something was decoded.
     """
 
-    def __init__(self, files: list[Path], rate: Fraction, beat: Callable[[], None]) -> None:
+    def __init__(self, files: list[Path], rate: Fraction, beat: Beat) -> None:
         self._files, self._beat = files, beat
         self.times = FrameTimes(np.arange(len(files)), 1 / rate, rate, True)
         self._kept = _Kept()

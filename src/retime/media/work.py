@@ -24,19 +24,19 @@ from retime.media.encoding import (
 from retime.media.extras import needed
 from retime.media.kinds import find_sequence, is_sequence, is_sound, numbered
 from retime.media.mixing import average, between, copy_colours, working_format
-from retime.media.opening import SharedFile, frame_times, open_media
+from retime.media.opening import SharedFile, open_media
 from retime.media.options import MediaOptions
 from retime.media.pieces import spans_shown
-from retime.media.reader import FrameReader, ListReader, PictureReader, VideoReader
+from retime.media.reader import FrameReader, VideoReader
 from retime.media.sound import Samples, retimed_sound, sound_length
 from retime.media.sound_reader import SoundReader
+from retime.media.streams import streams_of, uncontained_frames
 from retime.media.times import FramePlan, plan_frames
 from retime.warp.curve import Warp
 from retime.warp.sampling import range_problem
 
 # Frames that wait for the encoder.
 _AHEAD = 6
-_USUAL_RATE = Fraction(24)
 MOST_SOUNDS = 16
 """Streams of sound that a file may have."""
 
@@ -167,19 +167,15 @@ def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, spools: lis
     FormatError, OptionError
         The input is not what it should be, or can't become what is asked for.
     """
-    if is_sequence(job.path):
-        sequence = find_sequence(job.path)
-        files = [sequence.file(number) for number in sequence.numbers]
-        reader: FrameReader = PictureReader(files, job.options.fps or _USUAL_RATE, report.beat)
-        _write(job, [_Picture(None, reader, None)], [], [], None, target, report, first_number=sequence.numbers[0])
+    reader = uncontained_frames(job.path, source, job.options.fps, report.beat)
+    if reader is not None:
+        first_number = find_sequence(job.path).numbers[0] if is_sequence(job.path) else 1
+        _write(job, [_Picture(None, reader, None)], [], [], None, target, report, first_number=first_number)
         return
     assert source is not None
     shared = SharedFile(source)
-    if _is_animated_webp(shared):
-        _write(job, [_Picture(None, _webp_reader(shared, job), None)], [], [], None, target, report)
-        return
     with open_media(shared, job.path) as container:
-        pictures, covers, sounds, texts = _streams(container)
+        pictures, covers, sounds, texts, _ = streams_of(container)
         if not pictures and not sounds:
             raise FormatError("no video and no sound", path=job.path)
         tracks = []
@@ -215,52 +211,6 @@ class _Picture:
     stream: Any
     reader: FrameReader
     bytes_a_second: float | None
-
-
-def _streams(container: Any) -> tuple[list[int], list[int], list[int], list[int]]:
-    """Part a container's streams, by their numbers: video, covers, sound, subtitles."""
-    pictures: list[int] = []
-    covers: list[int] = []
-    sounds: list[int] = []
-    texts: list[int] = []
-    for stream in container.streams:
-        if stream.type == "video":
-            cover = "attached_pic" in str(stream.disposition) or "timed_thumbnails" in str(stream.disposition)
-            (covers if cover else pictures).append(stream.index)
-        elif stream.type == "audio":
-            sounds.append(stream.index)
-        elif stream.type == "subtitle":
-            texts.append(stream.index)
-    return pictures, covers, sounds, texts
-
-
-def _is_animated_webp(shared: SharedFile) -> bool:
-    start = shared.read(0, 32)
-    return start[:4] == b"RIFF" and start[8:16] == b"WEBPVP8X" and bool(start[20] & 2)
-
-
-def _webp_reader(shared: SharedFile, job: Job) -> ListReader:
-    """Decode an animated WebP, which FFmpeg doesn't, as a whole."""
-    av, cv2 = needed("av"), needed("cv2")
-    data = np.frombuffer(shared.read(0, shared.size), np.uint8)
-    width, height = (1 + int.from_bytes(data[at : at + 3].tobytes(), "little") for at in (24, 27))
-    n_frames = data.tobytes().count(b"ANMF")
-    if width * height * 4 * n_frames > 1 << 30:
-        raise FormatError(
-            f"an animation of {n_frames} frames of {width} by {height} pixels; a WebP is decoded as a whole, and 1 GB "
-            "is the most",
-            path=job.path,
-        )
-    good, animation = cv2.imdecodeanimation(data)
-    if not good or not len(animation.frames):
-        raise FormatError("a WebP that can't be decoded", path=job.path)
-    pictures = []
-    for frame in animation.frames:
-        form = "bgra" if frame.shape[2] == 4 else "bgr24"
-        pictures.append(av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format=form))
-    stamps = np.concatenate([[0], np.cumsum(np.maximum(1, np.array(animation.durations[:-1], np.int64)))])
-    mean = Fraction(1000 * len(stamps), int(stamps[-1]) + max(1, int(animation.durations[-1])))
-    return ListReader(pictures, frame_times(stamps, Fraction(1, 1000), mean, job.options.fps))
 
 
 class _Track:
