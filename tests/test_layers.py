@@ -53,7 +53,10 @@ MAY_IMPORT = {
         "server",
         "batch",
         "files",
+        "issue_report",
     },
+    # What a reader makes of a file, and the file without its names.
+    "issue_report": {"motion", "formats", "files"},
     # python -m retime
     "__main__": {"cli"},
     "server": {"motion", "warp", "search", "formats", "hosts", "media", "evaluate", "project"},

@@ -108,6 +108,13 @@ def _describe_build() -> dict[str, Any]:
     }
 
 
+def build_facts() -> list[tuple[str, str]]:
+    """Say in rows of a label and its text how retime is built, and which of its extras are here."""
+    build = _describe_build()
+    build["extras"] = {extra: version for extra, version in build["extras"].items() if version}
+    return _build_rows(build)
+
+
 def _version(package: str) -> str | None:
     import importlib.metadata
 

@@ -25,7 +25,10 @@ from retime.cli.exit_codes import (
 from retime.errors import RetimeError, words_of
 
 # In the order of their use. Each is `command` in a module, mostly of its name.
-COMMANDS = ("warp", "imitate", "apply", "export", "import", "plot", "info", "convert", "batch", "demo", "edit")
+COMMANDS = (
+    *("warp", "imitate", "apply", "export", "import", "plot", "info", "convert"),
+    *("batch", "demo", "edit", "report"),
+)
 # Where the module has another name than the command; one is a word of Python's own.
 _MODULES = {"export": "export_curve", "import": "import_curve"}
 
