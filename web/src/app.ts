@@ -12,6 +12,7 @@ import { Transport } from "./panels/transport";
 import { WhyPanel } from "./panels/why_panel";
 import { Player } from "./player";
 import { WhenQuiet } from "./quiet";
+import { Clipboard } from "./shell/clipboard";
 import { fileSender, listenForDrops, type TakeFiles, type Upload } from "./shell/files";
 import { Hint } from "./shell/hint";
 import { BY_HAND, shortcutTable } from "./shell/keyboard";
@@ -47,6 +48,7 @@ export class App {
   /** What follows the timeline and the stage when there is time. */
   private readonly panels: readonly { update(changed: Set<Topic>): void }[];
   private readonly dialogs: Dialogs;
+  private readonly clipboard: Clipboard;
   private readonly shortcuts: readonly Shortcut[];
   private readonly notices = new Notices();
   private readonly veil = new Veil();
@@ -81,10 +83,14 @@ export class App {
     const inspector = new Inspector(this.store, this.connection, this.dialogs);
     inspector.root.prepend(this.hint.root);
     this.panels = [transport, top, stageBar, inspector, why];
+    this.clipboard = new Clipboard(this.store, this.connection, this.player, (kind, text) =>
+      this.notices.say(kind, text),
+    );
     this.shortcuts = shortcutTable(this.store, this.connection, this.player, this.timeline, this.dialogs, {
       save: () => this.save(),
       help: () => this.help(),
       swap: () => this.swap(),
+      pasteInPlace: () => this.clipboard.pasteInPlace(),
     });
     if (!this.stage.works) {
       const words = "This browser has no WebGL: the stage stays empty, all else works.";
@@ -174,7 +180,9 @@ export class App {
     const size = new ResizeObserver(() => store.resized());
     for (const element of [root, this.timeline.root, this.stageRoot]) size.observe(element);
     const target = options.shortcutsFrom === "element" ? root : window;
-    const end = listen(target, this.shortcuts, () => this.dialogs.isOpen || !store.document);
+    const asleep = (): boolean => this.dialogs.isOpen || !store.document;
+    const end = listen(target, this.shortcuts, asleep);
+    this.clipboard.listen(root.ownerDocument, root, asleep, signal);
     signal.addEventListener("abort", () => {
       end();
       size.disconnect();

@@ -1,9 +1,18 @@
-/** Deleting a keytime, a lock or a flight, wherever that is asked for. */
+/** Deleting keytimes, a lock or a flight, wherever that is asked for. */
 
 import type { Connection } from "./connection";
 import { deleteKey, deleteLock } from "./document";
 import { findFlight, removeFlight } from "./flights";
 import type { Selection, Store } from "./store";
+import { deleteKeys } from "./together";
+
+/** Delete what is selected: all keytimes that are chosen together, or the one thing. */
+export function deleteSelected(store: Store, connection: Connection): void {
+  const { document, chosenKeys } = store;
+  if (chosenKeys.size < 2) return deleteItem(store, connection, store.selection);
+  if (document) connection.edit(deleteKeys(document, chosenKeys), "delete keys");
+  store.select(null);
+}
 
 /** Delete a keytime, a lock or a flight, and deselect it. The end of the output can't be deleted. */
 export function deleteItem(store: Store, connection: Connection, item: Selection): void {

@@ -152,6 +152,41 @@ export function parseSpeed(text: string): number {
   throw new GrammarError(`expected a playback speed such as 2, 0.5, 1/4 or 150%, found ${shown(text)}`);
 }
 
+/** What a keytime says, its tangent included. */
+export interface WrittenKey {
+  readonly input_time: number;
+  readonly output_time: number;
+  readonly speed: number | null;
+}
+
+/** A keytime, `IN=OUT` or `IN=OUT@SPEED`: `5=3.5`, `300f=0:03.5@1/2`. */
+export function parseKey(text: string, rate: number): WrittenKey {
+  const [input = "", sign, rest = ""] = parted(text, "=");
+  const [output = "", at, speed = ""] = parted(rest, "@");
+  if (!sign) {
+    throw new GrammarError(`expected input time = output time, such as 2.5=1.8 or 300f=0:01.800, found ${shown(text)}`);
+  }
+  const times = [parseTime(input, rate), parseTime(output, rate)] as const;
+  if (times.some((time) => time < 0)) throw new GrammarError(`input and output begin at time 0, found ${shown(text)}`);
+  return { input_time: times[0], output_time: times[1], speed: at ? parseSpeed(speed) : null };
+}
+
+/** A keytime as it can be typed, digit for digit. */
+export function writtenKey({ input_time, output_time, speed }: WrittenKey): string {
+  return `${plain(input_time)}=${plain(output_time)}${speed === null ? "" : `@${plain(speed)}`}`;
+}
+
+/** A number without an exponent, which the grammar does not know. */
+function plain(value: number): string {
+  const text = String(value);
+  return text.includes("e") ? value.toFixed(20).replace(/\.?0+$/u, "") : text;
+}
+
+function parted(text: string, sign: string): [before: string, sign: string, after: string] {
+  const place = text.indexOf(sign);
+  return place < 0 ? [text, "", ""] : [text.slice(0, place), sign, text.slice(place + sign.length)];
+}
+
 /** A range of speeds: `1/4..8`, `0.5-2`, `..2`, one speed, or `uncut` (slowed down at most); open ends are 0 and infinity. */
 export function parseSpeeds(text: string): [slowest: number, fastest: number] {
   const written = text.trim();

@@ -42,6 +42,8 @@ interface Shown {
   readonly channels: ReadonlyMap<string, readonly number[]>;
   readonly playback: PlaybackState;
   readonly selection: Selection;
+  /** Ids of the keytimes that are chosen together; the selected one is among them. */
+  readonly chosenKeys: ReadonlySet<string>;
   /** Output time under the pointer. */
   readonly hover: number | null;
   readonly view: ViewSettings;
@@ -61,6 +63,7 @@ const NOTHING: Shown = {
   channels: new Map(),
   playback: STILL,
   selection: null,
+  chosenKeys: new Set(),
   hover: null,
   view: PLAIN_VIEW,
   dragging: false,
@@ -129,6 +132,13 @@ export class Store {
 
   get selection(): Shown["selection"] {
     return this.shown.selection;
+  }
+
+  /** Keytimes that are chosen together, as far as they are still there. */
+  get chosenKeys(): Shown["chosenKeys"] {
+    const { chosenKeys, document } = this.shown;
+    const there = document?.keys.filter((key) => chosenKeys.has(key.id)) ?? [];
+    return there.length === chosenKeys.size ? chosenKeys : new Set(there.map((key) => key.id));
   }
 
   get hover(): Shown["hover"] {
@@ -258,8 +268,23 @@ export class Store {
     rememberView(this.shown.view);
   }
 
+  /** Select one thing, or nothing. */
   select(selection: Selection): void {
-    this.set({ selection }, "selection");
+    const chosenKeys = new Set(selection?.kind === "key" ? [selection.id] : []);
+    this.set({ selection, chosenKeys }, "selection");
+  }
+
+  /** Choose keytimes together; the one that is looked at is `lead`, where it is one of them, else the last. */
+  chooseKeys(ids: Iterable<string>, lead: string | null = null): void {
+    const chosenKeys = new Set(ids);
+    const id = lead !== null && chosenKeys.has(lead) ? lead : [...chosenKeys].at(-1);
+    this.set({ selection: id === undefined ? null : { kind: "key", id }, chosenKeys }, "selection");
+  }
+
+  /** Choose a keytime beside those that are chosen, or not any more. */
+  toggleKey(id: string): void {
+    const others = [...this.shown.chosenKeys].filter((other) => other !== id);
+    this.chooseKeys(this.shown.chosenKeys.has(id) ? others : [...others, id], id);
   }
 
   setPlayback(playback: PlaybackState): void {

@@ -15,6 +15,8 @@ export interface ViewSettings {
   readonly trails: boolean;
   readonly onion: boolean;
   readonly snap: boolean;
+  /** What follows a keytime that is moved is moved along. */
+  readonly ripple: boolean;
   /** Which clip of a group the camera follows, or which signal is drawn. */
   readonly clip: number;
   /** Which reference is looked at. */
@@ -30,6 +32,7 @@ export const PLAIN_VIEW: ViewSettings = {
   trails: false,
   onion: false,
   snap: true,
+  ripple: false,
   clip: 0,
   reference: 0,
 };

@@ -95,6 +95,11 @@ export class Editor {
     return this.page.locator(`.readout[data-is=${which}] b`).innerText();
   }
 
+  /** The frame that a readout shows, counted from 0. */
+  async frame(which) {
+    return Number(/f (\d+)/.exec(await this.page.locator(`.readout[data-is=${which}]`).innerText())[1]);
+  }
+
   /** Wait until a readout shows something else; the panels follow the curve when the hand rests. */
   async changed(which, from) {
     await this.page.waitForFunction(

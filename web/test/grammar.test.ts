@@ -2,6 +2,7 @@ import { describe, expect, it } from "vitest";
 import table from "../../tests/grammar/table.json";
 import {
   GrammarError,
+  parseKey,
   parseLength,
   parseLockSpeeds,
   parseNumber,
@@ -11,6 +12,7 @@ import {
   parseTime,
   rateValue,
   speedsText,
+  writtenKey,
 } from "../src/grammar";
 
 interface Row {
@@ -30,9 +32,13 @@ const READERS: Record<string, (row: Row) => unknown> = {
   speeds: (row) => parseSpeeds(row.text).map((speed) => (speed === Number.POSITIVE_INFINITY ? null : speed)),
   number: (row) => parseNumber(row.text, row as object),
   rate: (row) => parseRate(row.text),
+  key: (row) => {
+    const { input_time, output_time, speed } = parseKey(row.text, rate(row));
+    return speed === null ? [input_time, output_time] : [input_time, output_time, speed];
+  },
 };
 // The page has fields or handles for the parts of these, and nothing where they are typed as a whole.
-const NOT_TYPED_HERE = new Set(["span", "lock", "key", "frames", "share"]);
+const NOT_TYPED_HERE = new Set(["span", "lock", "frames", "share"]);
 
 const rows = (table as readonly Row[]).filter((row) => !NOT_TYPED_HERE.has(row.kind));
 
@@ -69,6 +75,15 @@ describe("a lock's speeds", () => {
   it("are shown as they can be typed", () => {
     for (const text of ["uncut", "1", "0.5..2", "0..2"]) expect(speedsText(...parseLockSpeeds(text))).toBe(text);
   });
+});
+
+it("a keytime is written as it can be read", () => {
+  for (const key of [
+    { input_time: 5, output_time: 3.5, speed: null },
+    { input_time: 1 / 3, output_time: 1e-9, speed: 0.1 + 0.2 },
+    { input_time: 0, output_time: 1234.000_000_1, speed: 1 / 7 },
+  ])
+    expect(parseKey(writtenKey(key), 60)).toEqual(key);
 });
 
 it("a letter that only looks like an s is none", () => {

@@ -1,7 +1,7 @@
 /** What each key does: one table, which the list of shortcuts shows too. */
 
 import type { Connection } from "../connection";
-import { deleteItem } from "../deleting";
+import { deleteSelected } from "../deleting";
 import type { Dialogs } from "../panels/dialogs/dialogs";
 import type { Player } from "../player";
 import type { Shortcut } from "../shortcuts";
@@ -13,20 +13,32 @@ export interface Actions {
   help(): void;
   /** Play the other of two warps that are compared. */
   swap(): void;
+  /** Put the keytimes that were copied last at their own times. */
+  pasteInPlace(): void;
 }
 
 /** What the hand does, for the list of shortcuts. */
 export const BY_HAND: readonly (readonly [string, string])[] = [
   ["Double-click the map", "Add a keytime"],
+  ["Drag on the map", "Choose the keytimes in a box; with Shift, more of them"],
+  ["Shift+click a keytime", "Choose it too, or not any more"],
   ["Shift while dragging", "Move a keytime along one axis"],
   ["Alt while dragging", "Turn snapping off, or on"],
   ["Drag the input times", "Lock a span"],
   ["Drag along the feet", "Mark a flight"],
   ["Scroll, Shift+scroll", "Zoom, move along"],
-  ["Arrows on a keytime", "Move it by a frame, with Shift by ten"],
+  ["Tab to a keytime, arrows", "Move it by a frame, with Shift by ten"],
   ["Double-click a speed", "Set it free again"],
   ["Esc while dragging", "Cancel the drag"],
+  ["Ctrl+C, Ctrl+X, Ctrl+V", "Copy, cut, paste keytimes at the playhead"],
 ];
+
+function chooseAll(store: Store): void {
+  store.chooseKeys(
+    store.document?.keys.map((key) => key.id) ?? [],
+    store.selection?.kind === "key" ? store.selection.id : null,
+  );
+}
 
 export function shortcutTable(
   store: Store,
@@ -55,7 +67,24 @@ export function shortcutTable(
     {
       keys: ["Delete", "Backspace"],
       does: "Delete what is selected",
-      action: () => deleteItem(store, connection, store.selection),
+      action: () => deleteSelected(store, connection),
+    },
+    { keys: ["Ctrl+A"], does: "Choose all keytimes", action: () => chooseAll(store) },
+    { keys: ["Alt+ArrowLeft"], does: "What is chosen a frame earlier", action: () => timeline.nudge(-1, 0) },
+    { keys: ["Alt+ArrowRight"], does: "What is chosen a frame later", action: () => timeline.nudge(1, 0) },
+    { keys: ["Alt+ArrowUp"], does: "What is chosen shows a later frame", action: () => timeline.nudge(0, 1) },
+    { keys: ["Alt+ArrowDown"], does: "What is chosen shows an earlier frame", action: () => timeline.nudge(0, -1) },
+    { keys: ["Alt+Shift+ArrowLeft"], does: "Ten frames earlier", action: () => timeline.nudge(-10, 0) },
+    { keys: ["Alt+Shift+ArrowRight"], does: "Ten frames later", action: () => timeline.nudge(10, 0) },
+    {
+      keys: ["R"],
+      does: "Ripple: what follows a moved keytime moves along",
+      action: () => store.look({ ripple: !store.view.ripple }),
+    },
+    {
+      keys: ["Ctrl+Shift+V"],
+      does: "Paste keytimes at their own times (Ctrl+V: at the playhead)",
+      action: () => actions.pasteInPlace(),
     },
     { keys: ["Ctrl+Z"], does: "Undo", action: () => connection.undo() },
     { keys: ["Ctrl+Shift+Z", "Ctrl+Y"], does: "Redo", action: () => connection.redo() },

@@ -9,6 +9,7 @@ import { snapped } from "../scale";
 import type { Store, Topic } from "../store";
 import type { Theme } from "../theme";
 import { inputAt, outputEnd } from "../warp";
+import { ChooseBox } from "./choose_box";
 import { type Drag, draggable } from "./drag";
 import { Handles } from "./handles/handles";
 import { GUTTER, inputTimeAt, inside, type Layout, layoutOf, outputTimeAt, type Scales } from "./layout";
@@ -26,6 +27,7 @@ export class Timeline {
   private readonly trouble: TroubleNote;
   private readonly legend = new Legend();
   private readonly chooser: ReferenceChooser;
+  private readonly chooseBox: ChooseBox;
   private layout: Layout = layoutOf(800, 300);
   private scales: Scales = { output: { from: 0, to: 1 }, input: { from: 0, to: 1 }, speed: { from: -2, to: 2 } };
   constructor(
@@ -39,11 +41,13 @@ export class Timeline {
     this.handles = new Handles(store, connection);
     this.trouble = new TroubleNote(store);
     this.chooser = new ReferenceChooser(store);
+    this.chooseBox = new ChooseBox(store);
     this.root.append(
       this.surface.canvas,
       this.legend.root,
       this.handles.gutter,
       this.handles.overlay,
+      this.chooseBox.root,
       this.chooser.root,
       this.trouble.root,
     );
@@ -93,8 +97,12 @@ export class Timeline {
       if (inside(this.layout.feet, x, y) && this.layout.feet.height > 0 && store.knots) return this.drawFlight(x);
       if (y > this.layout.heat.y + this.layout.heat.height) return null;
       if (x < GUTTER - 8) return null;
-      store.select(null);
       (document.activeElement as HTMLElement | null)?.blur();
+      if (inside(this.layout.map, x, y))
+        return this.chooseBox.begin(down, this.layout, this.scales, { x, y }, () =>
+          this.scrub(this.onFrame(time(down), down)),
+        );
+      store.select(null);
       this.scrub(this.onFrame(time(down), down));
       return {
         move: (_dx, _dy, event) => this.scrub(this.onFrame(time(event), event)),
@@ -149,8 +157,13 @@ export class Timeline {
     const shown = inputAt(knots, when);
     const [document, id] = addKey(store.document, store.view.snap ? snapped(shown, store.rate) : shown, when);
     if (document !== store.document) connection.edit(document, "add key");
+    // The focus stays where it is: the arrows go on moving the playhead.
     store.select({ kind: "key", id });
-    requestAnimationFrame(() => this.handles.focusKey(id));
+  }
+
+  /** Move what is selected by some frames of the output, and of the input. */
+  nudge(output: number, input: number): void {
+    this.handles.nudge({ output, input });
   }
 
   private pan(): Drag {

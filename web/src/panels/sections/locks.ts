@@ -4,15 +4,12 @@ import { deleteItem } from "../../deleting";
 import { addLock, changeLock, findLock } from "../../document";
 import { make } from "../../dom";
 import { parseLockSpeeds, parseTime, speedsText } from "../../grammar";
+import type { LockedTime } from "../../messages";
 import { clamp } from "../../scale";
 import { iconButton } from "../buttons";
 import { textField } from "../fields";
+import { type SortedRow, SortedRows } from "../sorted_rows";
 import { documentOf, frame, type Section, type Side } from "./section";
-
-interface LockRow {
-  readonly root: HTMLElement;
-  update(): void;
-}
 
 export function locksSection(side: Side): Section {
   const { store, connection } = side;
@@ -29,40 +26,27 @@ export function locksSection(side: Side): Section {
     "Lock a second around the playhead",
   );
   const { root, body } = frame("Locked spans", add);
-  const list = make("div");
-  const heads = make(
-    "div",
-    { class: "heads", "aria-hidden": true },
-    ...["from", "to", "speed"].map((head) => make("span", {}, head)),
-  );
   const note = make("p", { class: "note" }, "Drag along the input times to keep a span at its speed.");
-  body.append(heads, list, note);
-  const rows = new Map<string, LockRow>();
+  const rows = new SortedRows<LockedTime>(
+    [
+      { name: "from", title: "Sort by the beginning", value: (lock) => lock.start },
+      { name: "to", title: "Sort by the end", value: (lock) => lock.end },
+      { name: "speed", title: "Sort by the fastest speed", value: (lock) => lock.fastest },
+    ],
+    (id) => lockRow(side, id),
+  );
+  body.append(rows.root, note);
   return {
     root,
     update() {
       const { locks } = documentOf(store);
-      for (const [id, row] of rows) {
-        if (locks.some((lock) => lock.id === id)) continue;
-        row.root.remove();
-        rows.delete(id);
-      }
-      for (const { id } of locks) {
-        let row = rows.get(id);
-        if (!row) {
-          row = lockRow(side, id);
-          rows.set(id, row);
-          list.append(row.root);
-        }
-        row.update();
-      }
-      heads.hidden = locks.length === 0;
+      rows.update(locks);
       note.hidden = locks.length > 0;
     },
   };
 }
 
-function lockRow({ store, connection }: Side, id: string): LockRow {
+function lockRow({ store, connection }: Side, id: string): SortedRow {
   const change = (part: Parameters<typeof changeLock>[2]): boolean => {
     connection.edit(changeLock(documentOf(store), id, part), "change lock");
     return true;

@@ -129,6 +129,15 @@ export function take(event: Event): void {
   event.stopPropagation();
 }
 
+/** Leave the focus where it is, or take it from a field, when a handle is pressed: the arrows stay the playhead's. */
+export function keepFocus(handle: HTMLElement): void {
+  handle.addEventListener("mousedown", (event) => {
+    event.preventDefault();
+    const focused = document.activeElement;
+    if (focused instanceof HTMLElement && focused !== handle) focused.blur();
+  });
+}
+
 export function isDelete(event: KeyboardEvent): boolean {
   return event.key === "Delete" || event.key === "Backspace";
 }

@@ -3,7 +3,9 @@
 import type { Connection } from "../../connection";
 import { make } from "../../dom";
 import type { Store } from "../../store";
+import type { Shift } from "../../together";
 import type { Layout, Scales } from "../layout";
+import { ChosenFrame } from "./chosen_frame";
 import { EndHandle } from "./end";
 import { FlightHandles } from "./flights";
 import { Hand, MARGIN } from "./hand";
@@ -23,6 +25,7 @@ export class Handles {
   readonly gutter = make("div", { class: "overlay", role: "group", "aria-label": "Locks" });
   private readonly hand: Hand;
   private readonly keys: KeyHandles;
+  private readonly locks: LockHandles;
   private readonly groups: readonly { place(): void }[];
 
   constructor(
@@ -35,15 +38,18 @@ export class Handles {
     const end = new EndHandle(hand);
     const range = new RangeHandles(hand);
     // In the order of the tab key, keytimes and their speeds last: those are made as they come.
-    this.overlay.append(...tangents.elements, end.element, ...range.elements);
+    const frame = new ChosenFrame(hand);
+    this.overlay.append(...frame.elements, ...tangents.elements, end.element, ...range.elements);
     this.keys = new KeyHandles(hand, this.overlay);
+    this.locks = new LockHandles(hand, this.gutter);
     this.groups = [
+      frame,
       this.keys,
       new SpeedHandles(hand, this.overlay),
       end,
       tangents,
       range,
-      new LockHandles(hand, this.gutter),
+      this.locks,
       new FlightHandles(hand, this.overlay),
     ];
   }
@@ -67,7 +73,11 @@ export class Handles {
     for (const group of this.groups) group.place();
   }
 
-  focusKey(id: string): void {
-    this.keys.focus(id);
+  /** Move what is selected by some frames: keytimes on both axes, a lock on the input's. */
+  nudge(frames: Shift): void {
+    const { document, selection } = this.store;
+    if (!document) return;
+    if (selection?.kind === "lock") this.locks.nudge(selection.id, frames.input || frames.output);
+    else this.keys.nudge(frames);
   }
 }

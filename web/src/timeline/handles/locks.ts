@@ -51,6 +51,19 @@ export class LockHandles {
     });
   }
 
+  /** Move a lock by some frames of the input. */
+  nudge(id: string, frames: number): void {
+    const lock = findLock(this.hand.document, id);
+    if (lock) this.hand.nudge(id, this.shifted(lock, frames / this.hand.store.rate), "move lock");
+  }
+
+  private shifted(lock: LockedTime, by: number, event?: PointerEvent): Document {
+    const { hand } = this;
+    const duration = lock.end - lock.start;
+    const start = clamp(hand.onFrame(lock.start + by, event), 0, hand.store.inputEnd - duration);
+    return changeLock(hand.document, lock.id, { start, end: start + duration });
+  }
+
   /** Convert pixels downward to seconds of input. */
   private seconds(dy: number): number {
     const { layout, scales } = this.hand;
@@ -68,23 +81,17 @@ export class LockHandles {
     const { hand } = this;
     const { store } = hand;
     const { id } = now();
-    const shifted = (lock: LockedTime, by: number, event?: PointerEvent): Document => {
-      const duration = lock.end - lock.start;
-      const start = clamp(hand.onFrame(lock.start + by, event), 0, store.inputEnd - duration);
-      return changeLock(hand.document, id, { start, end: start + duration });
-    };
     const band = make("button", { type: "button", class: "handle band" });
     band.addEventListener("focus", () => store.select({ kind: "lock", id }));
     draggable(band, (down) => {
       if (down.button !== 0) return null;
       band.focus({ preventScroll: true });
       const lock = now();
-      return hand.gesture("move lock", (_dx, dy, event) => shifted(lock, this.seconds(dy), event));
+      return hand.gesture("move lock", (_dx, dy, event) => this.shifted(lock, this.seconds(dy), event));
     });
     band.addEventListener("keydown", (event) => {
       if (event.key === "ArrowUp" || event.key === "ArrowDown") {
-        const by = ((event.key === "ArrowUp" ? 1 : -1) * (event.shiftKey ? 10 : 1)) / store.rate;
-        hand.nudge(id, shifted(now(), by), "move lock");
+        this.nudge(id, (event.key === "ArrowUp" ? 1 : -1) * (event.shiftKey ? 10 : 1));
       } else if (isDelete(event)) deleteItem(store, hand.connection, { kind: "lock", id });
       else return;
       take(event);

@@ -19,7 +19,7 @@ export class SpeedHandles {
   place(): void {
     const { hand } = this;
     const { layout, scales, store } = hand;
-    const { selection } = store;
+    const { chosenKeys } = store;
     const ordered = keysInOrder(hand.document);
     keep(
       this.made,
@@ -34,7 +34,7 @@ export class SpeedHandles {
       const shown = key.speed ?? hand.curveSpeed(key.output_time);
       move(handle, x, speedY(layout, scales, shown), x > 4 && x < layout.map.width + 22);
       handle.classList.toggle("set", key.speed !== null);
-      handle.classList.toggle("selected", selection?.kind === "key" && selection.id === key.id);
+      handle.classList.toggle("selected", chosenKeys.has(key.id));
       setAttribute(handle, "aria-label", `Speed at keytime ${i + 1}`);
       describe(handle, shown, SLOWEST, FASTEST, `${shown.toFixed(2)} times${key.speed === null ? ", free" : ", set"}`);
     });

@@ -40,7 +40,8 @@ export class TangentHandles {
   }
 
   private get chosen(): Key | null {
-    const { document, selection } = this.hand.store;
+    const { document, selection, chosenKeys } = this.hand.store;
+    if (chosenKeys.size > 1) return null;
     return selection?.kind === "key" && document ? findKey(document, selection.id) : null;
   }
 

@@ -44,7 +44,8 @@ export function playhead(canvas: Canvas): void {
 /** The line through the chosen keytime, whose slope is the speed there: dashed, where the speed is free. */
 export function tangent(canvas: Canvas): void {
   const { pen, layout, scales, palette, store } = canvas;
-  const { selection, document, knots } = store;
+  const { selection, chosenKeys, document, knots } = store;
+  if (chosenKeys.size > 1) return;
   const key = selection?.kind === "key" && document ? findKey(document, selection.id) : null;
   if (!key || !store.curve) return;
   const [dx, dy] = tangentArm(layout, scales, key.speed ?? (knots ? speedAt(knots, key.output_time) : 1));
