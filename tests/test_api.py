@@ -1,0 +1,74 @@
+"""What is promised of the package's names and signatures stays as docs/api.md has it."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import types
+from pathlib import Path
+
+import pytest
+
+from tests.tool_modules import tool
+
+ROOT = Path(__file__).resolve().parents[1]
+make_api = tool("make_api")
+
+
+def test_the_public_interface_is_the_one_that_is_promised() -> None:
+    pytest.importorskip("anywidget", reason="needs the extra notebook")
+    promised = make_api.PAGE.read_text(encoding="utf-8").splitlines()
+    now = make_api.page().splitlines()
+    gone, new = sorted(set(promised) - set(now)), sorted(set(now) - set(promised))
+    assert now == promised, (
+        f"gone: {gone}\nnew: {new}\nIf that is meant, follow docs/stability.md, run python tools/make_api.py, and say "
+        "so in CHANGELOG.md"
+    )
+
+
+def test_a_change_of_any_kind_shows() -> None:
+    module = types.ModuleType("retime.example")
+
+    class Clip:
+        def cut(self, first: int, *, last: int | None = None) -> Clip:
+            raise NotImplementedError
+
+        @property
+        def rate(self) -> float:
+            raise NotImplementedError
+
+        @classmethod
+        def read(cls, path: str) -> Clip:
+            raise NotImplementedError
+
+    Clip.__module__ = "retime.example"
+
+    def speed(clip: Clip, kind: str = "mean", turn: object = lambda: 1) -> float:
+        raise NotImplementedError
+
+    speed.__module__ = "retime.example"
+    module.Clip, module.speed, module.LIMIT, module._hidden = Clip, speed, 3, 4
+    module.__all__ = ["Clip", "LIMIT", "speed"]
+    assert list(make_api.lines_of(module)) == [
+        "class Clip",
+        "    Clip.cut(first: int, *, last: int | None = None) -> Clip",
+        "    Clip.rate: float  (property)",
+        "    Clip.read(path: str) -> Clip",
+        "LIMIT: int",
+        "speed(clip: Clip, kind: str = 'mean', turn: object = <function>) -> float",
+    ]
+    with_more = functools.partial(speed)
+    with_more.__module__ = "retime.example"
+    del module.__all__
+    assert make_api.public_names(module) == ["Clip", "speed"]
+
+
+def test_all_that_warns_of_its_end_is_listed() -> None:
+    warned = 0
+    for path in (ROOT / "src" / "retime").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call):
+                warned += any(isinstance(one, ast.Name) and one.id == "DeprecationWarning" for one in node.args)
+    table = (ROOT / "docs" / "stability.md").read_text(encoding="utf-8").partition("On its way out now:")[2]
+    rows = [line for line in table.partition("## ")[0].splitlines() if line.startswith("| `")]
+    assert warned == len(rows) > 0
