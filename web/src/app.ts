@@ -3,7 +3,7 @@
 import { Connection } from "./connection";
 import { make } from "./dom";
 import { Frames } from "./frames";
-import { tellLatency } from "./latency";
+import { tellFrame, tellLatency } from "./latency";
 import { Dialogs } from "./panels/dialogs/dialogs";
 import { Inspector } from "./panels/inspector";
 import { StageBar } from "./panels/stage_bar";
@@ -67,7 +67,8 @@ export class App {
     this.store = new Store(() => this.frames.ask());
     this.player = new Player(this.store);
     this.theme = new Theme(root);
-    this.frames = new Frames(this.store, this.theme, this.player, (changed) => this.draw(changed));
+    const drawn = (began: number): void => tellFrame(root, began);
+    this.frames = new Frames(this.store, this.theme, this.player, (changed) => this.draw(changed), drawn);
     this.theme.listen(() => this.store.recolored());
     this.connection = this.makeConnection();
     const send = options.upload

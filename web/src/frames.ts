@@ -7,12 +7,13 @@ import type { Theme } from "./theme";
 export class Frames {
   private asked = false;
 
-  /** `draw` is called with what changed since the last frame. */
+  /** `draw` is called with what changed since the last frame; `drawn` after a frame that drew, with when it began. */
   constructor(
     private readonly store: Store,
     private readonly theme: Theme,
     private readonly player: Player,
     private readonly draw: (changed: Set<Topic>) => void,
+    private readonly drawn: (began: number) => void = () => undefined,
   ) {}
 
   /** Have the next frame drawn. */
@@ -24,6 +25,7 @@ export class Frames {
 
   private next(now: number): void {
     const { store, theme, player } = this;
+    const began = performance.now();
     if (!theme.styled) theme.refresh();
     if (theme.styled) {
       player.goOn(now);
@@ -33,7 +35,10 @@ export class Frames {
     this.asked = false;
     if (!theme.styled) return this.ask();
     const changed = store.take();
-    if (changed.size > 0) this.draw(changed);
+    if (changed.size > 0) {
+      this.draw(changed);
+      this.drawn(began);
+    }
     if (player.isPlaying) this.ask();
   }
 }

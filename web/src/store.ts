@@ -69,9 +69,13 @@ const NOTHING: Shown = {
   dragging: false,
 };
 
+const NO_FLIGHTS: readonly Flight[] = [];
+
 export class Store {
   private shown: Shown = { ...NOTHING, view: recallView() };
   private readonly changed = new Set<Topic>();
+  private knownFlights: readonly Flight[] = NO_FLIGHTS;
+  private flightsAreOf: readonly unknown[] = [];
 
   /** `wake` is called when there is something new to draw. */
   constructor(private readonly wake: () => void) {}
@@ -159,7 +163,15 @@ export class Store {
 
   /** When the figures that are searched are in the air: as it was found, and put right by hand. */
   get flights(): readonly Flight[] {
-    return this.document ? flightsOf(this.document, this.clips) : [];
+    const { document, clips } = this;
+    if (!document) return NO_FLIGHTS;
+    // Asked for many times a frame, and the same until somebody puts one right, or another clip comes.
+    const of = [document.flights, document.clips, clips];
+    if (!of.every((part, i) => part === this.flightsAreOf[i])) {
+      this.flightsAreOf = of;
+      this.knownFlights = flightsOf(document, clips);
+    }
+    return this.knownFlights;
   }
 
   /** The place of the reference that is looked at; the last one where that is gone. */

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { inputAt, type Knots, outputAt, pieceAt, slopes, speedAt } from "../src/warp";
+import { outputByScan, randomNumbers } from "./outputs";
 import golden from "./warp_golden.json";
 
 describe.each(golden.cases)("a warp with $name", (one) => {
@@ -40,6 +41,36 @@ describe("the inverse", () => {
 
   it("takes the nearest pose where none is shown", () => {
     expect(outputAt(bent, 9)).toBe(3);
+  });
+});
+
+describe("the inverse, found quickly", () => {
+  const random = randomNumbers(19);
+  const warps = (turns: number): Knots[] =>
+    Array.from({ length: 60 }, () => {
+      const n = 2 + Math.floor(random() * 30);
+      const outputTimes = new Float64Array(n);
+      const inputTimes = new Float64Array(n);
+      for (let i = 1; i < n; i++) {
+        outputTimes[i] = (outputTimes[i - 1] as number) + 0.05 + random();
+        // A third of the pieces holds; whole numbers, so that several of them meet at the same input time.
+        const step = random() < 1 / 3 ? 0 : Math.ceil(random() * 3);
+        inputTimes[i] = (inputTimes[i - 1] as number) + (random() < turns ? -step : step);
+      }
+      return { outputTimes, inputTimes };
+    });
+
+  it.each([0, 0.3, 1])("is what looking at all pieces finds, with a share of %d of them backward", (turns) => {
+    for (const warp of warps(turns)) {
+      for (let i = 0; i < 40; i++) {
+        const wanted = i % 2 ? random() * 40 - 10 : Math.round(random() * 40 - 10);
+        const near = random() * 30 - 5;
+        const [found, expected] = [outputAt(warp, wanted, near), outputByScan(warp, wanted, near)];
+        // Of two moments that are equally near, either will do.
+        if (Math.abs(Math.abs(found - near) - Math.abs(expected - near)) > 1e-9) expect(found).toBeCloseTo(expected, 9);
+        expect(inputAt(warp, found)).toBeCloseTo(inputAt(warp, expected), 9);
+      }
+    }
   });
 });
 

@@ -1,4 +1,4 @@
-/** The timeline's canvas: as many pixels as the screen has, and what stays painted once. */
+/** The timeline's canvases: as many pixels as the screen has, and what stays painted once. */
 
 import { make } from "../dom";
 import type { Store, Topic } from "../store";
@@ -6,7 +6,7 @@ import type { Theme } from "../theme";
 import { outputEnd } from "../warp";
 import type { Layout, Scales } from "./layout";
 import type { Canvas } from "./paint/canvas";
-import { paintBackdrop, paintForeground } from "./paint/painter";
+import { paintBackdrop, paintForeground, paintMarkers } from "./paint/painter";
 
 export class Surface {
   readonly canvas = make("canvas", {
@@ -14,6 +14,9 @@ export class Surface {
     "aria-label":
       "Time map, speed, scores and reference. Click to move the playhead, double-click the map to add a keytime.",
   });
+  /** Over it, for the playhead and the pointer: while it plays, nothing else is painted. */
+  readonly markers = make("div", { class: "markers", "aria-hidden": true });
+  private readonly marked = document.createElement("canvas");
   /** What stays while a curve changes, and what it was painted of: text and many small marks take milliseconds. */
   private readonly backdrop = document.createElement("canvas");
   private backdropOf: readonly unknown[] = [];
@@ -21,14 +24,17 @@ export class Surface {
   constructor(
     private readonly store: Store,
     private readonly theme: Theme,
-  ) {}
+  ) {
+    this.markers.append(this.marked);
+  }
 
+  /** Paint what changed; where that is the playhead or the pointer alone, only what shows where they are. */
   paint(layout: Layout, scales: Scales, changed: Set<Topic>): void {
-    const { store, theme, canvas } = this;
+    const { store, theme, canvas, marked } = this;
     const ratio = devicePixelRatio;
-    resize(canvas, Math.round(layout.width * ratio), Math.round(layout.height * ratio));
-    const pen = penOf(canvas);
-    if (!pen) return;
+    for (const one of [canvas, marked]) {
+      resize(one, Math.round(layout.width * ratio), Math.round(layout.height * ratio));
+    }
     const canvasOf = (pen: CanvasRenderingContext2D): Canvas => ({
       pen,
       layout,
@@ -36,6 +42,13 @@ export class Surface {
       store,
       palette: theme.palette,
     });
+    const marker = marked.getContext("2d");
+    if (marker) {
+      marker.setTransform(ratio, 0, 0, ratio, 0, 0);
+      paintMarkers(canvasOf(marker));
+    }
+    const pen = onlyMarkers(changed) ? null : penOf(canvas);
+    if (!pen) return;
     this.paintBackdrop(ratio, scales, changed, canvasOf);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.globalCompositeOperation = "copy";
@@ -65,6 +78,11 @@ export class Surface {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     paintBackdrop(canvasOf(pen));
   }
+}
+
+/** Whether nothing changed but where the playhead and the pointer are. */
+export function onlyMarkers(changed: ReadonlySet<Topic>): boolean {
+  return [...changed].every((topic) => topic === "playhead" || topic === "hover");
 }
 
 /** Give a canvas its size in pixels; to say the same size again would clear it. */

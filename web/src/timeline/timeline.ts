@@ -15,7 +15,7 @@ import { Handles } from "./handles/handles";
 import { GUTTER, inputTimeAt, inside, type Layout, layoutOf, outputTimeAt, type Scales } from "./layout";
 import { Legend } from "./legend";
 import { ReferenceChooser } from "./reference_chooser";
-import { Surface } from "./surface";
+import { onlyMarkers, Surface } from "./surface";
 import { TroubleNote } from "./trouble";
 import { Zoom } from "./zoom";
 
@@ -44,6 +44,7 @@ export class Timeline {
     this.chooseBox = new ChooseBox(store);
     this.root.append(
       this.surface.canvas,
+      this.surface.markers,
       this.legend.root,
       this.handles.gutter,
       this.handles.overlay,
@@ -61,6 +62,10 @@ export class Timeline {
     if (this.store.dragging && [...changed].every((topic) => topic === "document" || topic === "status")) {
       // The handle goes with the hand at once; what is painted changes with the curve that answers.
       this.handles.place(this.layout, this.scales);
+      return;
+    }
+    if (onlyMarkers(changed)) {
+      this.surface.paint(this.layout, this.scales, changed);
       return;
     }
     this.layout = layoutOf(clientWidth, clientHeight, { hasFeet: this.store.clip?.holds === "motion" });

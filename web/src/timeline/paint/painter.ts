@@ -1,4 +1,4 @@
-/** What is drawn on the timeline's canvas, everything that is not a handle, from the back to the front. */
+/** What is drawn on the timeline's canvases, everything that is not a handle, from the back to the front. */
 
 import { frames, inputAxis, outputAxis, speedAxis } from "./axes";
 import { type Canvas, FONT } from "./canvas";
@@ -28,7 +28,7 @@ export function paintBackdrop(canvas: Canvas): void {
   frames(canvas);
 }
 
-/** All the rest, over it. */
+/** What changes with the curve, over it. */
 export function paintForeground(canvas: Canvas): void {
   const { knots } = canvas.store;
   if (knots) {
@@ -40,9 +40,14 @@ export function paintForeground(canvas: Canvas): void {
     exampleCurve(canvas);
     mapCurves(canvas, knots);
     speedCurves(canvas);
+    pastEnd(canvas, knots);
   }
+}
+
+/** What moves while nothing else does: the playhead, the pointer, and what belongs to the frame that is looked at. */
+export function paintMarkers(canvas: Canvas): void {
+  canvas.pen.clearRect(0, 0, canvas.layout.width, canvas.layout.height);
   matches(canvas);
-  if (knots) pastEnd(canvas, knots);
   playhead(canvas);
   tangent(canvas);
 }
