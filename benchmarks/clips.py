@@ -156,3 +156,51 @@ def long_motion(n_frames: int) -> Motion:
         rotations[some] = rotation.multiply(here.rotations, turns)
         translations[some] = here.local_translations
     return Motion(base.skeleton, rotations, translations, base.rate, name="take", declaration=base.declaration)
+
+
+def joined_motion(n_frames: int) -> Motion:
+    """Join a motion of any length at 120 Hz out of different captures of one skeleton's joints, or of the sample clip.
+
+    Each pass goes through all captures in another order and plays each at another speed, so that the take is as varied
+    as a session on a stage. Joins are blended over an eighth of a second; noise in the turns makes no two frames alike.
+    """
+    generator = np.random.default_rng(0)
+    files = sorted((MOCAP / "cmu-bvh").glob("*.bvh")) if MOCAP.is_dir() else []
+    # The first row of these captures is a T-pose that was put in front.
+    captures = [read.frames(1, read.n_frames) for read in map(_motion, files)] or [motion(2000)]
+    base = captures[0]
+    rotations, places, total = [], [], 0
+    while total < n_frames:
+        for which in generator.permutation(len(captures)):
+            capture = captures[which]
+            here = capture.at(np.arange(0, capture.end_time, generator.uniform(0.8, 1.25) / 120))
+            turns, where = here.rotations.copy(), here.local_translations.copy()
+            if rotations:
+                # The figure goes on from where it stands, at its own height.
+                where[:, 0, (0, 2)] += places[-1][-1, 0, (0, 2)] - where[0, 0, (0, 2)]
+                n_blended = min(15, len(turns))
+                share = np.linspace(0, 1, n_blended + 1)[:-1]
+                before = np.repeat(rotations[-1][-1:], n_blended, axis=0)
+                turns[:n_blended] = rotation.slerp(before, turns[:n_blended], share[:, None])
+                where[:n_blended, 0, 1] = (1 - share) * places[-1][-1, 0, 1] + share * where[:n_blended, 0, 1]
+            noise = generator.normal(scale=5e-4, size=(*turns.shape[:2], 3))
+            ones = np.ones((*noise.shape[:2], 1))
+            rotations.append(rotation.multiply(turns, np.concatenate([ones, noise], axis=-1)))
+            places.append(where)
+            total += len(turns)
+            if total >= n_frames:
+                break
+    return Motion(
+        base.skeleton,
+        np.concatenate(rotations)[:n_frames],
+        np.concatenate(places)[:n_frames],
+        base.rate,
+        name="take",
+        declaration=base.declaration,
+    )
+
+
+def _motion(file: Path) -> Motion:
+    found = retime.read(file)
+    assert isinstance(found, Motion)
+    return found
