@@ -12,7 +12,7 @@ from retime.checks import path_of
 from retime.errors import FormatError, OutputExistsError
 from retime.files import beside, resolved, write_bytes
 from retime.media.encoding import CONTAINERS
-from retime.media.extras import needed
+from retime.media.extras import refuse_without
 from retime.media.kinds import is_sequence
 from retime.media.options import MediaOptions
 from retime.media.process import check_media, run
@@ -68,8 +68,7 @@ def retime_media(
     path, place = path_of(path, "retime_media(path, place, warp)"), path_of(place, "retime_media(path, place, warp)")
     warp = as_warp(warp, "retime_media(path, place, warp)")
     options = options or MediaOptions()
-    for module in ("av", "cv2"):
-        needed(module)
+    refuse_without("av", "cv2")
     check_media(path)
     if not (is_sequence(place) or place.suffix.lower() in CONTAINERS):
         raise FormatError(

@@ -14,7 +14,7 @@ import numpy as np
 from retime.checks import path_of
 from retime.errors import FormatError
 from retime.files import read_bytes, resolved
-from retime.media.extras import needed
+from retime.media.extras import needed, refuse_without
 from retime.media.kinds import is_media, is_sequence
 from retime.media.process import check_media, run
 
@@ -115,7 +115,7 @@ def _in_order(found: Found, path: Path) -> Found:
 
 def _beats_of_sound(path: Path, on: Literal["beats", "onsets"]) -> Found:
     librosa = needed("librosa")
-    needed("av")
+    refuse_without("av")
     check_media(path)
     with tempfile.NamedTemporaryFile() as file:
         run({"do": "sound", "path": str(resolved(path)), "beside": file.name}, path)

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 from retime.checks import path_of
 from retime.errors import FormatError
 from retime.files import resolved
-from retime.media.extras import needed
+from retime.media.extras import needed, refuse_without
 from retime.media.kinds import is_sequence
 from retime.media.process import check_media, run
 from retime.motion.rate import parse_rate
@@ -61,8 +61,7 @@ def describe_media(path: str | PathLike[str], *, fps: Fraction | str | float | N
         As of `retime.media.apply.retime_media`.
     """
     path = path_of(path, "describe_media(path)")
-    for module in ("av", "cv2"):
-        needed(module)
+    refuse_without("av", "cv2")
     check_media(path)
     told: dict[str, Any] = {}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from typing import Any
 
 from retime.errors import MissingExtraError
@@ -33,3 +34,17 @@ def needed(module: str) -> Any:
         return importlib.import_module(module)
     except ImportError as error:
         raise MissingExtraError(what, package=package, extra=extra) from error
+
+
+def refuse_without(*modules: str) -> None:
+    """Raise MissingExtraError where a module of an extra is not installed; it is not imported, which takes time.
+
+    Parameters
+    ----------
+    *modules : str
+        As of `needed`.
+    """
+    for module in modules:
+        if importlib.util.find_spec(module) is None:
+            what, package, extra = _PACKAGES[module]
+            raise MissingExtraError(what, package=package, extra=extra)

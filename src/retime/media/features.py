@@ -21,7 +21,7 @@ from retime.arrays import FloatArray
 from retime.checks import path_of
 from retime.errors import FormatError
 from retime.files import resolved
-from retime.media.extras import needed
+from retime.media.extras import needed, refuse_without
 from retime.media.kinds import is_sound
 from retime.media.process import check_media, run
 from retime.motion.rate import parse_rate, usual_rate
@@ -59,8 +59,7 @@ def video_signal(path: str | PathLike[str], *, fps: Fraction | str | float | Non
         As of `retime.media.apply.retime_media`; or the file has no video, or one frame.
     """
     path = path_of(path, "video_signal(path)")
-    for module in ("av", "cv2"):
-        needed(module)
+    refuse_without("av", "cv2")
     if is_sound(path):
         raise FormatError("sound alone: a warp is found from what a video shows", path=path)
     check_media(path)
