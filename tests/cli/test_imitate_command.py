@@ -77,7 +77,7 @@ def test_length_keys_and_control_are_those_of_warp(run, clips, tmp_path) -> None
         (["--example", "0:29", "--warp", "hand.json", "--mirror"], 2, "--mirror"),
         (["--example", "0:29", "--warp", "hand.json", "--example-fps", "30"], 2, "--example-fps needs --example-clip"),
         (["--example", "0:29", "--warp", "hand.json", "--score", "conditional"], 2, "--paper"),
-        (["--example", "0:29", "--warp", "hand.json", "--example-clip", "hand.json"], 1, "no format ends in '.json'"),
+        (["--example", "0:29", "--warp", "hand.json", "--example-clip", "hand.json"], 1, "no keypoints"),
     ],
 )
 def test_wrong_options_are_named(run, clips, tmp_path, options, code, says) -> None:

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from tests.fuzz import captures, documents, files
+from tests.fuzz import captures, documents, files, keypoints
 from tests.fuzz.trials import Tally, run
 
 
@@ -27,6 +27,10 @@ def test_mutants_of_captures_are_retimed_or_refused() -> None:
     ended_well(
         run(captures.trial, range(500)), "FormatError", *(f"{kind} is retimed" for kind in ("c3d", "npz", "npy"))
     )
+
+
+def test_mutants_of_keypoints_are_read_or_refused() -> None:
+    ended_well(run(keypoints.trial, range(200)), "FormatError", "OpenPose is read", "MediaPipe is read")
 
 
 @pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")

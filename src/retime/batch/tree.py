@@ -82,7 +82,7 @@ def find_clips(root: Path, *, beside: tuple[str, ...] = ()) -> Tree:
     """
     if not root.is_dir():
         raise OptionError(f"{root} is not a folder")
-    endings = {suffix for known in FORMATS for suffix in known.suffixes}
+    endings = {suffix for known in FORMATS if not known.shared_ending for suffix in known.suffixes}
     files = {path.relative_to(root).as_posix(): path for path in _files(root)}
     cuts, rows = _frame_cuts(root / FRAME_CUTS) if FRAME_CUTS in files else ({}, ())
     belonging = set[str]()

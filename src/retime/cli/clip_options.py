@@ -14,7 +14,7 @@ import click
 
 from retime.cli.help_sections import Option
 from retime.errors import OptionError, RetimeWarning
-from retime.motion.grammar import parse_frame_range
+from retime.motion.grammar import parse_frame_range, parse_number
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
@@ -73,6 +73,8 @@ class ClipOptions:
         Which animation of a scene.
     allow_outside : bool
         Let a scene be composed of files outside its folder.
+    confidence : float, optional
+        Of keypoints, below which points are missing.
     is_reference : bool
         Whether the clip is to be imitated.
     """
@@ -90,6 +92,7 @@ class ClipOptions:
     root: str | None = None
     animation: str | None = None
     allow_outside: bool = False
+    confidence: float | None = None
     is_reference: bool = False
 
     def read_options(self) -> ReadOptions:
@@ -106,6 +109,7 @@ class ClipOptions:
             arrays=self.array,
             animation=self.animation,
             outside=self.allow_outside,
+            confidence=self.confidence,
         )
 
     def read(self, path: Path, *, beside: bool = False) -> AnyMotion:
@@ -170,6 +174,13 @@ def _channel(text: str) -> tuple[str, ChannelKind]:
     from retime.motion.channels import parse_channel
 
     return parse_channel(text)
+
+
+def _confidence(text: str) -> float:
+    share = parse_number(text)
+    if share > 1:
+        raise OptionError(f"expected a share from 0 to 1, found {text!r}")
+    return share
 
 
 def _gaps(text: str) -> GapPolicy:
@@ -285,6 +296,16 @@ _OPTIONS = (
         is_flag=True,
         help="Let a USD scene be composed of files outside its folder: read what it names, wherever that is.",
     ),
+    click.option(
+        "--confidence",
+        cls=Option,
+        section="Input",
+        metavar="SHARE",
+        callback=parsed(_confidence),
+        default_text="0.3",
+        help="Of keypoints (OpenPose, MediaPipe): points that the detector is less sure of than this, from 0 to 1, are "
+        "missing.",
+    ),
 )
 
 
@@ -307,6 +328,7 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
         root: str | None,
         animation: str | None,
         allow_outside: bool,
+        confidence: float | None,
         **rest: Any,
     ) -> None:
         options = ClipOptions(
@@ -323,6 +345,7 @@ def clip_options(function: Callable[..., None]) -> Callable[..., None]:
             root,
             animation,
             allow_outside,
+            confidence,
         )
         function(clip_options=options, **rest)
 

@@ -202,7 +202,7 @@ _EXAMPLES = (
     multiple=True,
     default_text="the clip itself",
     help="Imitate the timing of this clip; repeat for more. Joints are matched by name; --skeleton, --repair, "
-    "--decimal-comma, --up, --root, --channel, --gaps and --array hold for it too.",
+    "--decimal-comma, --up, --root, --channel, --gaps, --array and --confidence hold for it too.",
 )
 @click.option(
     "--reference-frames",

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
+from retime.checks import real
+from retime.errors import OptionError
 from retime.files import MOST_BYTES
 from retime.limits import MOST_FRAMES, MOST_JOINT_POSES
 from retime.motion.channels import ChannelKind
@@ -85,6 +87,8 @@ class ReadOptions:
         Which animation of a file that has several, by its name or, where no name is this, its number from 0.
     outside : bool
         Files outside a scene's folder may be read, where it is composed of them.
+    confidence : float, optional
+        Of keypoints, from 0 to 1: points that their detector is less sure of are missing.
     limits : Limits
         Sizes not to go past.
     """
@@ -98,4 +102,9 @@ class ReadOptions:
     arrays: tuple[str, ...] = ()
     animation: str | None = None
     outside: bool = False
+    confidence: float | None = None
     limits: Limits = field(default_factory=Limits)
+
+    def __post_init__(self) -> None:
+        if self.confidence is not None and not 0 <= real(self.confidence, "the confidence") <= 1:
+            raise OptionError(f"the confidence is a share from 0 to 1, found {self.confidence}")

@@ -66,6 +66,11 @@ class Format:
         What that package is imported as, where that is another name.
     layers : tuple of str
         Kinds of new files that show one of this format, itself untouched, with new timing (`retime_file`).
+    shared_ending : bool
+        Whether most files with its ending are something else, so that folders are not searched for it.
+    many_files : bool
+        Whether a folder, or a pattern of names, may stand for a clip; its module then tells which (`is_many_files`) and
+        reads them.
     """
 
     name: str
@@ -81,6 +86,8 @@ class Format:
     extra: str = ""
     imports: str = ""
     layers: tuple[str, ...] = ()
+    shared_ending: bool = False
+    many_files: bool = False
 
 
 FORMATS = (
@@ -107,6 +114,15 @@ FORMATS = (
         layers=("clips", "over"),
     ),
     Format("parquet", (".parquet",), "signal", "Parquet tables", package="pyarrow", extra="parquet"),
+    Format(
+        "keypoints",
+        (".json",),
+        "signal",
+        "keypoints of OpenPose and MediaPipe",
+        writes=False,
+        shared_ending=True,
+        many_files=True,
+    ),
 )
 
 
@@ -168,6 +184,13 @@ class TellingModule(FormatModule, Protocol):
         """Say what a file holds beside the clip that is read."""
 
 
+class ManyFilesModule(FormatModule, Protocol):
+    """What the module of a format offers whose clips may be many files."""
+
+    def is_many_files(self, path: Path) -> bool:
+        """Tell whether a path stands for several files: a folder, or a pattern of names."""
+
+
 class FramesModule(FormatModule, Protocol):
     """What the module of a format offers whose files are given other frames in place."""
 
@@ -189,11 +212,16 @@ class FramesModule(FormatModule, Protocol):
 
 
 def format_of(path: str | PathLike[str]) -> Format:
-    """Find a file's format by its name's ending (that before .gz, if any); raise FormatError where none is known."""
+    """Find a file's format by its name's ending (that before .gz, if any); raise FormatError where none is known.
+
+    A folder whose name has no known ending is of the format whose clips are folders.
+    """
     suffix = plain_path(path).suffix.lower()
     for known in FORMATS:
         if suffix in known.suffixes and not known.among:
             return known
+    if Path(path).is_dir():
+        return next(known for known in FORMATS if known.many_files)
     if suffix in _PICKLED:
         name = Path(path).name if re.fullmatch(r"[\w. -]+", Path(path).name) else f"FILE{suffix}"
         line = _PICKLED[suffix].format(name=name, stem=Path(name).stem)
@@ -310,6 +338,7 @@ def read(
     root: str | None = None,
     animation: str | None = None,
     outside: bool = False,
+    confidence: float | None = None,
     limits: Limits | None = None,
 ) -> AnyMotion:
     """Read a motion, or a signal, from a file.
@@ -338,6 +367,8 @@ def read(
         prim or an attribute.
     outside : bool
         Let a USD scene be composed of files outside its folder; refused otherwise.
+    confidence : float, optional
+        Of keypoints, from 0 to 1: points that their detector is less sure of are missing; left out, 0.3.
     limits : Limits, optional
         Sizes not to go past.
 
@@ -373,6 +404,7 @@ def read(
         arrays=(array,) if isinstance(array, str) else tuple(array),
         animation=animation,
         outside=outside,
+        confidence=confidence,
         limits=limits or Limits(),
     )
     clip = read_with(path, options, up=up, root=root)
@@ -390,7 +422,7 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: s
     """
     known = format_in(path, arrays=options.arrays)
     try:
-        clip = _module(known).read(path, read_plain(path, options.limits, repair=options.repair), options)
+        clip = _module(known).read(path, _content(known, path, options), options)
     except MemoryError as error:
         raise FormatError("this machine has too little memory for what the file holds", path=path) from error
     if is_compressed(path):
@@ -398,6 +430,13 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: s
     if not isinstance(clip, Motion):
         return clip
     return replace(clip, up=up or clip.up, root=root if root in clip.skeleton.names else None)
+
+
+def _content(known: Format, path: Path, options: ReadOptions) -> bytes:
+    """Return what a file holds; nothing where its module reads many files itself."""
+    if known.many_files and cast(ManyFilesModule, _module(known)).is_many_files(path):
+        return b""
+    return read_plain(path, options.limits, repair=options.repair)
 
 
 def refuse_unfit(clip: AnyMotion, channels: Mapping[str, ChannelKind], root: str | None) -> None:

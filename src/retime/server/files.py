@@ -11,8 +11,14 @@ from retime.project.allowed_places import AllowedPlaces
 from retime.project.file import SUFFIX
 from retime.server import messages
 
-# The endings of the files that hold clips.
-OPENS = tuple(suffix + packed for known in FORMATS for suffix in known.suffixes for packed in ("", *COMPRESSED))
+# The endings of the files that hold clips, but for one that most files with it don't.
+OPENS = tuple(
+    suffix + packed
+    for known in FORMATS
+    if not known.shared_ending
+    for suffix in known.suffixes
+    for packed in ("", *COMPRESSED)
+)
 # What the page may look for, and the endings of the files that hold it.
 _HOLDS = {"clip": (*OPENS, SUFFIX), "skeleton": (".asf",), "joint map": (".json", ".csv")}
 
