@@ -393,7 +393,7 @@ def test_dragging_a_key_gives_what_a_fresh_session_gives(score: str) -> None:
         key = (float(rng.uniform(0.5, 1.0)), float(rng.uniform(0.5, 1.0)))
         more = wishes[int(rng.integers(len(wishes)))] if turn % 2 else {}
         options = {"length": "90%", "keys": [key], **more}
-        kept = session._table
+        kept = session._tables.latest
         before = None if kept is None else kept.scores.copy()
         again, fresh = session.solve(**options), Session(clip, reference=reference, score=score).solve(**options)
         if kept is not None:
@@ -402,19 +402,19 @@ def test_dragging_a_key_gives_what_a_fresh_session_gives(score: str) -> None:
         assert again.total == fresh.total
         assert np.array_equal(again.warp.input_times, fresh.warp.input_times)
         assert (again.max_skip, again.upsample) == (fresh.max_skip, fresh.upsample)
-        assert session._table is not None
-        assert len(session._table.scores) == again.n_input
-        assert session._table.steps.longest >= again.max_skip
+        assert session._tables.latest is not None
+        assert len(session._tables.latest.scores) == again.n_input
+        assert session._tables.latest.steps.longest >= again.max_skip
 
 
 def test_scores_are_kept_while_only_the_timing_changes() -> None:
     session = Session(curve(150))
     session.solve(length="80%")
-    kept = session._table
+    kept = session._tables.latest
     session.solve(length="70%", keys=[(2.0, 1.5)], smoothness=1.0, locks=[Lock(1.0, 2.0)])
-    assert session._table is kept
+    assert session._tables.latest is kept
     session.solve(length="70%", max_skip=12)
-    assert session._table is not kept
+    assert session._tables.latest is not kept
 
 
 # What contradicts itself is refused, and says why

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import queue
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from retime.progress import look
 from retime.project.document import ClipFile, Document
 from retime.server import solver_thread
 from retime.server.solver_thread import Findings, Job, SolverThread
@@ -52,9 +54,9 @@ def test_a_page_can_end_a_search_and_the_next_one_is_found(document: Document) -
         thread.ask(Job(1, 1, document))
         until(found, "clip 0")
         # It is read, and the search comes next.
-        thread.cancel()
+        thread.cancel(1)
         begun = time.monotonic()
-        assert "was ended" in str(until(found, "problem").messages["problem"])
+        assert "was stopped" in str(until(found, "problem").messages["problem"])
         assert time.monotonic() - begun < 3
         thread.ask(Job(2, 1, replace(document, options={"length": "50%"})))
         assert until(found, "curve").job.revision == 2
@@ -69,6 +71,54 @@ def test_a_newer_document_does_not_wait_for_ever(document: Document, monkeypatch
         thread.ask(Job(2, 1, replace(document, options={"length": "50%"})))
         assert until(found, "curve").job.revision == 2
         assert time.monotonic() - begun < 8
+
+
+def test_the_next_position_of_a_drag_waits(document: Document, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Without patience: all that is not of the same drag would end the search at once.
+    monkeypatch.setattr(solver_thread, "_PATIENCE", 0.0)
+    some = replace(document, options={"length": "150%", "upsample": 2, "max_skip": 8})
+    with solving() as (thread, found):
+        thread.ask(Job(1, 1, some, "drag"))
+        until(found, "clip 0")
+        thread.ask(Job(2, 1, replace(some, options={"length": "140%"}), "drag"))
+        assert until(found, "curve").job.revision == 1
+        assert until(found, "curve").job.revision == 2
+
+
+def test_a_long_search_tells_how_far_it_is(document: Document) -> None:
+    with solving() as (thread, found):
+        thread.ask(Job(7, 1, document))
+        told = [until(found, "progress").messages["progress"] for _ in range(3)]
+        thread.cancel(7)
+        assert "was stopped" in str(until(found, "problem").messages["problem"])
+    assert [progress.revision for progress in told] == [7, 7, 7]
+    assert told[-1].doing == "searching"
+    assert all(progress.share is None or 0 <= progress.share <= 1 for progress in told)
+
+
+def test_an_older_revision_ends_nothing_newer(document: Document) -> None:
+    with solving() as (thread, found):
+        thread.ask(Job(2, 1, replace(document, options={"length": "50%"})))
+        thread.cancel(1)
+        assert until(found, "curve").job.revision == 2
+
+
+def test_who_goes_on_does_not_wait_for_an_explanation(document: Document, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = threading.Event()
+
+    def endless(revision: int, solution: object) -> None:
+        begun.set()
+        while True:
+            look()
+
+    monkeypatch.setattr(solver_thread, "why_message", endless)
+    quick = replace(document, options={"length": "50%"})
+    with solving() as (thread, found):
+        thread.ask(Job(1, 1, quick))
+        assert begun.wait(30)
+        thread.ask(Job(2, 1, replace(quick, options={"length": "60%"})))
+        until(found, "curve")
+        assert until(found, "curve").job.revision == 2
 
 
 def test_the_editor_ends_at_once(document: Document) -> None:

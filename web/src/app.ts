@@ -17,6 +17,7 @@ import { fileSender, listenForDrops, type TakeFiles, type Upload } from "./shell
 import { Hint } from "./shell/hint";
 import { BY_HAND, shortcutTable } from "./shell/keyboard";
 import { Notices } from "./shell/notices";
+import { ProgressBar, progressWords } from "./shell/progress";
 import { makeSplitter } from "./shell/splitter";
 import { Veil } from "./shell/veil";
 import { listen, type Shortcut } from "./shortcuts";
@@ -52,6 +53,7 @@ export class App {
   private readonly shortcuts: readonly Shortcut[];
   private readonly notices = new Notices();
   private readonly veil = new Veil();
+  private readonly progress: ProgressBar;
   private readonly hint = new Hint(() => this.help());
   private readonly ends = new AbortController();
   /** What the panels have not shown yet. */
@@ -76,6 +78,8 @@ export class App {
       : null;
     this.dialogs = new Dialogs(root, this.store, this.connection, send);
     this.timeline = new Timeline(this.store, this.connection, this.theme, (time) => this.player.scrub(time));
+    this.progress = new ProgressBar(this.store, () => this.connection.stop());
+    this.timeline.root.append(this.progress.root);
     this.stage = new Stage(this.stageRoot, this.store, this.theme);
     const stageBar = new StageBar(this.store, this.stageRoot, () => this.stage.frame());
     const transport = this.makeTransport();
@@ -207,6 +211,8 @@ export class App {
   private draw(changed: Set<Topic>): void {
     const { store } = this;
     if (changed.has("curve") && store.knots && this.connection.isConnected) this.veil.lift();
+    this.progress.update(changed);
+    if (changed.has("status") && store.progress) this.veil.tell(progressWords(store));
     if (store.problem && !store.clip) this.veil.coverWithProblem(store.problem.message);
     this.timeline.update(changed);
     if (changed.has("curve")) tellLatency(this.root, this.connection.takeMoves());

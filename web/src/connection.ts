@@ -125,6 +125,12 @@ export class Connection implements LinkEvents {
     this.say({ type: "browse", folder, holds });
   }
 
+  /** End the search that is at work, if one is that takes long. */
+  stop(): void {
+    const { progress } = this.store;
+    if (progress) this.say({ type: "stop", revision: progress.revision });
+  }
+
   /** Ask whether a file may be read, or written. */
   find(path: string, writing: boolean): void {
     this.say({ type: "find", path, writing });
@@ -148,6 +154,7 @@ export class Connection implements LinkEvents {
   closed(): void {
     this.link = null;
     this.forget();
+    this.store.setProgress(null);
     this.events.lost();
   }
 
@@ -163,6 +170,9 @@ export class Connection implements LinkEvents {
         break;
       case "ack":
         this.answer(message.revision);
+        break;
+      case "progress":
+        this.store.setProgress(message);
         break;
       case "problem":
         this.store.setProblem(message);

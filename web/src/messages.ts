@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 6;
+export const VERSION = 7;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
@@ -233,6 +233,12 @@ export interface ExportCurve {
   readonly overwrite: boolean;
 }
 
+/** End the search that is at work; the last good curve stays. */
+export interface Stop {
+  readonly type: "stop";
+  readonly revision: number;
+}
+
 /** Ask for the files of a folder that the page may open from and write to. */
 export interface Browse {
   readonly type: "browse";
@@ -257,6 +263,7 @@ export type PageMessage =
   | Open
   | Export
   | ExportCurve
+  | Stop
   | Browse
   | Find;
 
@@ -287,6 +294,14 @@ export interface State {
 export interface Ack {
   readonly type: "ack";
   readonly revision: number;
+}
+
+/** A curve is long in coming; sent some times a second until `Curve` or `Problem` answers. */
+export interface Progress {
+  readonly type: "progress";
+  readonly revision: number;
+  readonly doing: "reading" | "searching";
+  readonly share: number | null;
 }
 
 /** The document asks for what can't be done; the last good curve stays. */
@@ -428,6 +443,7 @@ export type TextMessage =
   | Welcome
   | State
   | Ack
+  | Progress
   | Problem
   | Notice
   | Saved

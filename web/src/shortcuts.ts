@@ -52,7 +52,8 @@ export function listen(
     const focused = key.target !== null && "matches" in key.target ? (key.target as Element) : null;
     if (key.defaultPrevented || asleep()) return;
     const name = keyName(key);
-    if (takesText(focused) && !(name.startsWith("Ctrl+") && givesWay(focused, name))) return;
+    const passes = name === "Escape" || (name.startsWith("Ctrl+") && givesWay(focused, name));
+    if (takesText(focused) && !passes) return;
     // A button that has the focus is pressed by these.
     if ((name === "Space" || name === "Enter") && focused?.matches("button:not(.handle), summary, [type=checkbox]"))
       return;
@@ -77,6 +78,7 @@ const SHOWN: Record<string, string> = {
   ArrowUp: "↑",
   ArrowDown: "↓",
   Delete: "Del",
+  Escape: "Esc",
 };
 
 /** How a key of the table is shown to a person. */

@@ -2,7 +2,7 @@
 
 import { throughKeys } from "./document";
 import { type Flight, flightsOf } from "./flights";
-import type { Clip, Curve, Document, Problem, State, Why } from "./messages";
+import type { Clip, Curve, Document, Problem, Progress, State, Why } from "./messages";
 import { type PlaybackState, STILL } from "./playback";
 import { PLAIN_VIEW, recallView, rememberView, type ViewSettings } from "./view_settings";
 import { inputAt, type Knots } from "./warp";
@@ -35,6 +35,8 @@ interface Shown {
   readonly curve: Curve | null;
   readonly why: Why | null;
   readonly problem: Problem | null;
+  /** How far the search is, where it takes long. */
+  readonly progress: Progress | null;
   readonly clips: readonly Clip[];
   readonly references: readonly Clip[];
   readonly kept: ReadonlyMap<string, Knots>;
@@ -57,6 +59,7 @@ const NOTHING: Shown = {
   curve: null,
   why: null,
   problem: null,
+  progress: null,
   clips: [],
   references: [],
   kept: new Map(),
@@ -112,6 +115,10 @@ export class Store {
 
   get problem(): Shown["problem"] {
     return this.shown.problem;
+  }
+
+  get progress(): Shown["progress"] {
+    return this.shown.progress;
   }
 
   get clips(): Shown["clips"] {
@@ -243,12 +250,17 @@ export class Store {
 
   /** Show a curve; what could not be done before can be done now. */
   setCurve(curve: Curve): void {
-    this.set({ curve, problem: null }, "curve", "status");
+    this.set({ curve, problem: null, progress: null }, "curve", "status");
   }
 
   /** Show what is wrong with the document; the last curve stays. */
   setProblem(problem: Problem): void {
-    this.set({ problem }, "curve", "status");
+    this.set({ problem, progress: null }, "curve", "status");
+  }
+
+  /** Show how far a search is; null: none is at work. */
+  setProgress(progress: Progress | null): void {
+    this.set({ progress }, "status");
   }
 
   setWhy(why: Why): void {
@@ -269,8 +281,8 @@ export class Store {
 
   /** Another document is open: nothing that was found of the old one belongs to it. */
   clear(): void {
-    const { clips, references, curve, why, problem } = NOTHING;
-    this.set({ clips, references, curve, why, problem }, "clips", "curve", "why", "status");
+    const { clips, references, curve, why, problem, progress } = NOTHING;
+    this.set({ clips, references, curve, why, problem, progress }, "clips", "curve", "why", "status");
   }
 
   // What a person does.

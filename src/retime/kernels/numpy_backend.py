@@ -19,7 +19,7 @@ from retime.progress import look
 _LANES = 16
 # kCancelled in exact_distances.hpp.
 _CANCELLED = 1e-3
-_BLOCK_NUMBERS = 4 << 20
+_BLOCK_NUMBERS = 1 << 20
 # Numbers of the pairs that are measured at once.
 _PAIR_NUMBERS = 1 << 21
 # What rows of numbers are written with.
@@ -90,6 +90,7 @@ def _candidates(
     most = max(1, _PAIR_NUMBERS // rows.shape[1])
     block = max(1, _BLOCK_NUMBERS // len(rows))
     for begin in range(0, len(queries), block):
+        look(begin / len(queries))
         part = queries[begin : begin + block]
         value = half - part @ rows.T
         kth = np.partition(value, n_neighbors - 1, axis=1)[:, n_neighbors - 1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,9 @@ from retime.search.reduction import Reduction, nearest_frame
 
 # The most scores of a table that is made larger than needed, so that it need not grow soon.
 _MOST_SPARE = 20_000_000
+# How many tables are kept, and of how many bytes: while a keytime is dragged from slower than life to faster and back,
+# two or three grids take turns. The newest one is kept in any case.
+_MOST_TABLES, _MOST_BYTES = 6, 64 << 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +33,11 @@ class ScoreTable:
         The pairs of steps that are scored.
     scores : float array, shape (n_input, n_pairs)
         As `retime.search.score.triple_scores` gives them.
-    poses : float array, shape (n_input, n_numbers)
-        Of the unrolled input.
     """
 
     reduction: Reduction
     steps: StepPairs
     scores: FloatArray
-    poses: FloatArray
 
     __repr__ = brief_repr
 
@@ -77,14 +77,66 @@ class ScoreTable:
         return StepPairs.up_to(grown) if self.reduction.n_input * grown**2 <= _MOST_SPARE else steps
 
 
+class ScoreTables:
+    """The tables that were made last, one a grid: as fine, and with the same steps."""
+
+    def __init__(self) -> None:
+        # The newest one last.
+        self._tables: dict[tuple[object, ...], ScoreTable] = {}
+
+    @property
+    def latest(self) -> ScoreTable | None:
+        """The table that was used last."""
+        return next(reversed(self._tables.values()), None)
+
+    def scores(
+        self,
+        reduction: Reduction,
+        steps: StepPairs,
+        poses: Callable[[], FloatArray],
+        score: Callable[[FloatArray, StepPairs], FloatArray],
+    ) -> ScoreTable:
+        """Return a table that serves: one that was kept, or a new one, with all rows that are known already.
+
+        Parameters
+        ----------
+        reduction : Reduction
+            What is unrolled.
+        steps : StepPairs
+            The pairs of steps that are needed.
+        poses : function
+            Returns the poses of the unrolled input, shape (n_input, n_numbers).
+        score : function
+            Scores some consecutive poses by some steps: shape (n, n_pairs).
+        """
+        newest_first = list(reversed(self._tables.items()))
+        for grid, known in newest_first:
+            if known.serves(reduction, steps):
+                self._keep(grid, known)
+                return known
+        latest = self.latest
+        wider = steps if latest is None else latest.next_steps(steps)
+        made = score_table(reduction, wider, poses(), lambda some: score(some, wider), [one for _, one in newest_first])
+        self._keep((reduction.upsamples, wider.steps.tobytes(), wider.first.tobytes(), wider.end.tobytes()), made)
+        return made
+
+    def _keep(self, grid: tuple[object, ...], table: ScoreTable) -> None:
+        self._tables.pop(grid, None)
+        self._tables[grid] = table
+        sizes = [one.scores.nbytes for one in reversed(self._tables.values())]
+        n_kept = sum(1 for total in itertools.accumulate(sizes) if total <= _MOST_BYTES)
+        for old in list(self._tables)[: -min(max(1, n_kept), _MOST_TABLES)]:
+            del self._tables[old]
+
+
 def score_table(
     reduction: Reduction,
     steps: StepPairs,
     poses: FloatArray,
     score: Callable[[FloatArray], FloatArray],
-    before: ScoreTable | None,
+    before: Sequence[ScoreTable],
 ) -> ScoreTable:
-    """Score an unrolled input; take from another table of the same clip the rows that it has already.
+    """Score an unrolled input; take from other tables of the same clip the rows that they have already.
 
     A row's scores depend on the frames up to the longest step before and after it, and on nothing else: inside a span
     they are the same wherever the span's ends are.
@@ -99,23 +151,28 @@ def score_table(
         Of the unrolled input.
     score : function
         Scores some consecutive poses: shape (n, n_pairs).
-    before : ScoreTable, optional
-        Made with the same `score`.
+    before : sequence of ScoreTable
+        Made with the same scores; of a row that several have, the first one's is taken.
     """
     n_input, longest = len(poses), steps.longest
-    kept = [] if before is None or not before.holds(steps) else list(_same_rows(reduction, before.reduction, longest))
     missing = np.ones(n_input, dtype=bool)
-    for first, last, _ in kept:
-        missing[first:last] = False
-    if before is None or missing.sum() > n_input // 2:
-        return ScoreTable(reduction, steps, score(poses), poses)
+    kept: list[tuple[int, int, int, ScoreTable]] = []
+    for table in before:
+        if not missing.any():
+            break
+        for first, last, other in _same_rows(reduction, table.reduction, longest) if table.holds(steps) else ():
+            for start, stop in _runs(missing[first:last]):
+                kept.append((first + start, first + stop, other + start, table))
+            missing[first:last] = False
+    if missing.sum() > n_input // 2:
+        return ScoreTable(reduction, steps, score(poses))
     scores = np.empty((n_input, steps.n_pairs))
-    for first, last, other in kept:
-        scores[first:last] = before.rows(other, other + last - first, steps)
+    for first, last, other, table in kept:
+        scores[first:last] = table.rows(other, other + last - first, steps)
     for first, last in _runs(missing):
         begin, end = max(0, first - longest), min(n_input, last + longest)
         scores[first:last] = score(poses[begin:end])[first - begin : last - begin]
-    return ScoreTable(reduction, steps, scores, poses)
+    return ScoreTable(reduction, steps, scores)
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ from retime.search.reduction import Reduction
 from retime.search.reference_tempo import at_tempo, tempo_ratio
 from retime.search.result import GuidedWarp
 from retime.search.score import Model, ScoreName, build_model, triple_scores, without_copies
-from retime.search.score_table import ScoreTable, score_table
+from retime.search.score_table import ScoreTables
 from retime.search.wishes.allowed import forbid
 from retime.search.wishes.asked import Wishes
 from retime.search.wishes.kept import speed_bounds
@@ -136,7 +136,9 @@ class Session:
         self._warn_of_sameness()
         # How the heuristic is read: as a band so wide about its coarse path, or (None) as keytimes.
         self.slack: int | None = SLACK
-        self._table: ScoreTable | None = None
+        self._tables = ScoreTables()
+        # The input as it was unrolled last: its times, and its poses.
+        self._poses: tuple[FloatArray, FloatArray] | None = None
         self._tempo: Tempo | None = None
         self._flights = None if flights is None else _read_flights(flights, self.motion)
         self._analysis_seconds = {"features": clock.lap()}
@@ -477,22 +479,22 @@ class Session:
 
     def _unrolled(self, plan: SearchPlan) -> FloatArray:
         """Pose vectors of the unrolled input, shape (n_input, n_numbers)."""
-        if self._table is not None and np.array_equal(self._table.reduction.input_times, plan.reduction.input_times):
-            return self._table.poses
-        return self._tracks.at(plan.reduction.input_times, self.low_pass)
+        times = plan.reduction.input_times
+        if self._poses is None or not np.array_equal(self._poses[0], times):
+            # Let go of the old ones before the new ones take their memory.
+            self._poses = None
+            self._poses = times, self._tracks.at(times, self.low_pass)
+        return self._poses[1]
 
     def _scores(self, plan: SearchPlan) -> FloatArray:
         """Scores of the unrolled input; kept, for little of it changes while keytimes are dragged."""
-        if self._table is None or not self._table.serves(plan.reduction, plan.steps):
-            steps = plan.steps if self._table is None else self._table.next_steps(plan.steps)
-            self._table = score_table(
-                plan.reduction,
-                steps,
-                self._unrolled(plan),
-                lambda some: self._triples(some, steps, self._model),
-                self._table,
-            )
-        return self._without_gaps(plan, self._table.of(plan.steps))
+        table = self._tables.scores(
+            plan.reduction,
+            plan.steps,
+            lambda: self._unrolled(plan),
+            lambda some, steps: self._triples(some, steps, self._model),
+        )
+        return self._without_gaps(plan, table.of(plan.steps))
 
     def _without_gaps(self, plan: SearchPlan, scores: FloatArray) -> FloatArray:
         """Let frames of gaps weigh nothing: each of their steps scores what it does elsewhere, on average.

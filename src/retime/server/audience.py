@@ -52,6 +52,8 @@ class Audience:
         for name, (message, payload) in found.items():
             if name == "curve":
                 self._latest.pop("problem", None)
+            if name in ("curve", "problem"):
+                self._latest.pop("progress", None)
             if isinstance(message, messages.Notice) and name in self._latest:
                 # Told before; each position of a drag would tell it again.
                 continue

@@ -60,10 +60,10 @@ class LatestOnlyThread(Generic[Job]):
             )
 
     @property
-    def outdated(self) -> bool:
-        """Whether a newer job waits for the one at work."""
+    def newer(self) -> Job | None:
+        """The job that waits for the one at work to be done, if one does."""
         with self._changed:
-            return self._latest is not None
+            return self._latest
 
     @property
     def stopped(self) -> bool:

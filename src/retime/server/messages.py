@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 6
+VERSION = 7
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -191,6 +191,19 @@ class ExportCurve:
 
 
 @dataclass(frozen=True)
+class Stop:
+    """End the search that is at work; the last good curve stays.
+
+    Attributes
+    ----------
+    revision : int
+        Of the newest document that nobody waits for any more.
+    """
+
+    revision: int
+
+
+@dataclass(frozen=True)
 class Browse:
     """Ask for the files of a folder that the page may open from and write to.
 
@@ -287,6 +300,25 @@ class Ack:
     """
 
     revision: int
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A curve is long in coming; sent some times a second until `Curve` or `Problem` answers.
+
+    Attributes
+    ----------
+    revision : int
+        Of the document that is at work.
+    doing : {"reading", "searching"}
+        What is done.
+    share : float, optional
+        How much of it is done, from 0 to 1; none where nobody knows.
+    """
+
+    revision: int
+    doing: Literal["reading", "searching"]
+    share: float | None
 
 
 @dataclass(frozen=True)
@@ -631,10 +663,10 @@ class Kept:
     __repr__ = brief_repr
 
 
-FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, ExportCurve, Browse, Find)
-FROM_SERVER = (Welcome, State, Ack, Problem, Notice, Saved, Exported, Listing, Found)
+FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, ExportCurve, Stop, Browse, Find)
+FROM_SERVER = (Welcome, State, Ack, Progress, Problem, Notice, Saved, Exported, Listing, Found)
 FROM_SERVER_WITH_ARRAYS = (Clip, Curve, Why, Kept)
 
-PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | ExportCurve | Browse | Find
-TextMessage = Welcome | State | Ack | Problem | Notice | Saved | Exported | Listing | Found
+PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | ExportCurve | Stop | Browse | Find
+TextMessage = Welcome | State | Ack | Progress | Problem | Notice | Saved | Exported | Listing | Found
 ServerMessage = TextMessage | Clip | Curve | Why | Kept

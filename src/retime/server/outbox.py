@@ -21,7 +21,7 @@ class Outbox:
         """Send a message after those that wait; one that tells the same of a newer revision takes its place."""
         self._count += 1
         slot = str(self._count)
-        if isinstance(message, messages.Curve | messages.Why | messages.Ack | messages.Problem):
+        if isinstance(message, messages.Curve | messages.Why | messages.Ack | messages.Progress | messages.Problem):
             slot = type_name(type(message))
         self._parts.pop(slot, None)
         self._parts[slot] = write_message(message) if payload is None else payload

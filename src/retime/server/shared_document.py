@@ -170,6 +170,8 @@ class SharedDocument:
                 self._open(page, message.path)
             case messages.Export() | messages.ExportCurve():
                 self._export(page, message)
+            case messages.Stop():
+                self._solver.cancel(message.revision)
             case messages.Browse():
                 page.put(files.listing(self._places, message.folder, message.holds))
             case messages.Find():
@@ -196,7 +198,7 @@ class SharedDocument:
         def write(journal: Journal, history: History, warps: Mapping[str, Warp]) -> None:
             journal.edit(edit, history, warps)
 
-        self._change(history, write, gesture="" if edit.done else edit.gesture)
+        self._change(history, write, gesture=edit.gesture, done=edit.done)
 
     def _keep(self, name: str) -> None:
         if not name or len(name) > MAX_NAME:
@@ -221,13 +223,21 @@ class SharedDocument:
         self._change(history, write)
 
     def _change(
-        self, history: History, write: Callable[[Journal, History, Mapping[str, Warp]], None], *, gesture: str = ""
+        self,
+        history: History,
+        write: Callable[[Journal, History, Mapping[str, Warp]], None],
+        *,
+        gesture: str = "",
+        done: bool = True,
     ) -> None:
-        """Take a new history, have it solved, and tell the pages once it is on the disk."""
+        """Take a new history, have it solved, and tell the pages once it is on the disk.
+
+        While a gesture is not `done`, a later change of it may take this one's place.
+        """
         workspace, warps = self._workspace, self._workspace.warps
         workspace.history = history
         self._revision += 1
-        self._ask()
+        self._ask(gesture)
         state = self._state()
 
         def state_now() -> messages.State:
@@ -239,9 +249,9 @@ class SharedDocument:
                 recovered=workspace.recovered,
             )
 
-        def done() -> None:
+        def written() -> None:
             self._safe, self._unsafe = state_now(), None
-            self._audience.tell(messages.Ack(state.revision) if gesture else self._safe)
+            self._audience.tell(self._safe if done else messages.Ack(state.revision))
 
         def failed(error: Exception) -> None:
             words = f"the autosave can't be written, so this edit is not safe: {words_for_page(error)}"
@@ -250,7 +260,8 @@ class SharedDocument:
             self._audience.tell(self._unsafe)
 
         # Which journal is told when it is written: a save under another name, which waits still, changes that.
-        self._writer.put(Change(lambda: write(workspace.journal, history, warps), done, failed, gesture))
+        goes_on = "" if done else gesture
+        self._writer.put(Change(lambda: write(workspace.journal, history, warps), written, failed, goes_on))
 
     # Files.
 
@@ -346,8 +357,8 @@ class SharedDocument:
 
     # The other threads.
 
-    def _ask(self) -> None:
-        self._solver.ask(Job(self._revision, self._first, self._history.present))
+    def _ask(self, gesture: str = "") -> None:
+        self._solver.ask(Job(self._revision, self._first, self._history.present, gesture))
 
     def _found(self, findings: Findings) -> None:
         """Tell all pages what was found. Called in the solver's thread, which writes the messages."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 import time
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from retime.errors import OptionError, RetimeError, RetimeWarning
 from retime.progress import watching
@@ -25,8 +27,11 @@ from retime.server.unexpected import words_for_page
 
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
 _REST = 0.2
-# Seconds that a search may go on once a newer document waits: while a key is dragged, one after the other is shown.
+# Seconds that a search may go on once a newer document waits, where that is not of the same drag: all positions of a
+# drag need the same scores, so a search that is ended for the next of them would be begun anew, and never be done.
 _PATIENCE = 2.0
+# Seconds after which the pages are told how far a search is, and between two of those.
+_LONG, _TOLD_EVERY = 0.3, 0.1
 
 
 class SearchEndedError(Exception):
@@ -45,11 +50,14 @@ class Job:
         The first revision of the document that is open: others with the same one are edits of the same.
     document : Document
         What to solve.
+    gesture : str
+        Of the edit that made it; "" where none did. Those of one drag have the same.
     """
 
     revision: int
     first: int
     document: Document
+    gesture: str = ""
 
 
 @dataclass(frozen=True)
@@ -90,7 +98,8 @@ class SolverThread:
         self._good: tuple[int, Solution] | None = None
         # The error of the revision that could not be solved.
         self._bad: tuple[int, BaseException] | None = None
-        self._cancelled = False
+        # The newest revision whose search nobody waits for any more.
+        self._cancelled = 0
         self._worker = LatestOnlyThread(self._solve, name="retime-solver", failed=self._fail)
 
     @property
@@ -110,9 +119,9 @@ class SolverThread:
         """Have a document solved; forget one that still waits."""
         self._worker.submit(job)
 
-    def cancel(self) -> None:
-        """End the search that is at work; its pages are told that it was ended."""
-        self._cancelled = True
+    def cancel(self, revision: int) -> None:
+        """End the search for a revision, and for those before it; the pages are told that it was ended."""
+        self._cancelled = revision
 
     def forget(self) -> None:
         """Another document is open: a solution of the old one is no use."""
@@ -146,24 +155,29 @@ class SolverThread:
     def _solve(self, job: Job) -> None:
         begin = time.perf_counter()
         solution = None
-        self._cancelled = False
+        watch = _Watch(job, begin, lambda progress: self._tell(job, {"progress": progress}))
 
-        def is_wanted(_: float) -> None:
-            late = time.perf_counter() - begin > _PATIENCE
-            if self._cancelled or self._worker.stopped or (late and self._worker.outdated):
+        def look(share: float) -> None:
+            if self._worker.stopped or job.revision <= self._cancelled:
                 raise SearchEndedError
+            newer = self._worker.newer
+            another = newer is not None and not (job.gesture and newer.gesture == job.gesture)
+            if another and time.perf_counter() - begin > _PATIENCE:
+                raise SearchEndedError
+            watch.look(share)
 
         try:
             with (
                 _warnings_told(lambda notice: self._tell(job, {f"notice {notice.text}": notice})),
-                watching(is_wanted),
+                watching(look),
             ):
                 self._read(job)
+                watch.doing = "searching"
                 solution = self._solver.solve(job.document)
         except SearchEndedError:
-            error = OptionError("the search was ended before it found anything")
+            error = OptionError("the search was stopped, and the last curve stays: undo (Ctrl+Z), or change something")
             self._bad = job.revision, error
-            if self._cancelled:
+            if job.revision <= self._cancelled:
                 self._tell(job, {"problem": messages.Problem(job.revision, str(error), None, None, None, None, None)})
             return
         except (RetimeError, OSError, MemoryError) as error:
@@ -176,8 +190,16 @@ class SolverThread:
             self._explain(job, solution)
 
     def _explain(self, job: Job, solution: Solution) -> None:
+        def look(_: float) -> None:
+            # Of a long take it takes a second or two, and the hand goes on.
+            if self._worker.stopped or self._worker.newer is not None:
+                raise SearchEndedError
+
         try:
-            why = why_message(job.revision, solution)
+            with watching(look):
+                why = why_message(job.revision, solution)
+        except SearchEndedError:
+            pass
         except Exception as error:
             # The curve stands, whatever can be said of it.
             text = f"this curve can't be explained: {words_for_page(error)}"
@@ -243,6 +265,22 @@ class SolverThread:
                 overwrite=message.overwrite,
             )
         return ""
+
+
+class _Watch:
+    """Tells how far a search is, once it has gone on for a while."""
+
+    def __init__(self, job: Job, begin: float, tell: Callable[[messages.Progress], None]) -> None:
+        self.doing: Literal["reading", "searching"] = "reading"
+        self._job, self._tell = job, tell
+        self._next = begin + _LONG
+
+    def look(self, share: float) -> None:
+        now = time.perf_counter()
+        if now < self._next:
+            return
+        self._next = now + _TOLD_EVERY
+        self._tell(messages.Progress(self._job.revision, self.doing, None if math.isnan(share) else share))
 
 
 @contextlib.contextmanager

@@ -86,6 +86,7 @@ export function shortcutTable(
       does: "Paste keytimes at their own times (Ctrl+V: at the playhead)",
       action: () => actions.pasteInPlace(),
     },
+    { keys: ["Escape"], does: "Stop the search", action: () => connection.stop() },
     { keys: ["Ctrl+Z"], does: "Undo", action: () => connection.undo() },
     { keys: ["Ctrl+Shift+Z", "Ctrl+Y"], does: "Redo", action: () => connection.redo() },
   ];

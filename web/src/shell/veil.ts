@@ -12,6 +12,11 @@ export class Veil {
     this.root.hidden = false;
   }
 
+  /** Say something else, where it covers all: how far the opening is. */
+  tell(text: string): void {
+    if (!this.root.hidden && this.root.dataset.is === undefined) this.cover(text);
+  }
+
   /** Cover what a document has nothing to show for; the top and the side, where it can be mended, stay at hand. */
   coverWithProblem(text: string): void {
     this.cover(text);
