@@ -153,6 +153,11 @@ def test_babel_s_documents(tmp_path) -> None:
         ("a.csv", "start_frame,end_frame\n1,inf\n", "a frame's number"),
         ("a.csv", "a,b\n1,2\n3,4\n5,6\n", "found 3 rows"),
         ("a.csv", "", "empty"),
+        ("a.csv", "start_frame,end_frame\n1_0,20\n", "a frame's number, found '1_0'"),
+        ("a.csv", "start_t,end_t\n1,\u0662\n", "a time in seconds"),
+        ("a.csv", "start_frame,note\n1," + "x" * 200_000 + "\n", "field larger than"),
+        ("a.json", '{"start_t": 0, "end_t": 1e400}', "1e400 is too large"),
+        ("a.json", '{"start_t": 0, "end_t": 1, "note": "\\ud800"}', "half a letter"),
         ("a.txt", "x", ".csv, .tsv or .json"),
     ],
 )
@@ -163,3 +168,18 @@ def test_what_says_nothing_is_refused(tmp_path, name: str, text: str, said: str)
         retime_beside(tmp_path / name, tmp_path / f"out{(tmp_path / name).suffix}", shown, overwrite=False)
     assert said in str(caught.value)
     assert not (tmp_path / f"out{(tmp_path / name).suffix}").exists()
+
+
+@pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
+def test_a_table_of_any_line_ends_is_read(tmp_path, end: str) -> None:
+    (tmp_path / "a.csv").write_bytes(f"label,start_frame,end_frame{end}step,2,4{end}".encode())
+    shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 61, 0, 61)
+    retime_beside(tmp_path / "a.csv", tmp_path / "b.csv", shown, overwrite=False)
+    assert (tmp_path / "b.csv").read_text() == "label,start_frame,end_frame\nstep,1,2\n"
+
+
+def test_a_table_of_other_bytes_than_text_is_refused_by_its_line(tmp_path) -> None:
+    (tmp_path / "a.csv").write_bytes(b"start_frame,end_frame,who\n1,2,a\n3,4,Ren\xe9\n")
+    shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 61, 0, 61)
+    with pytest.raises(FormatError, match=r"a\.csv:3: expected UTF-8 text"):
+        retime_beside(tmp_path / "a.csv", tmp_path / "b.csv", shown, overwrite=False)

@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from retime.errors import OptionError
+from retime.errors import FormatError, OptionError
 from retime.project import journal as journals
+from retime.project.dataclass_json import to_value
 from retime.project.history import History
 from retime.project.journal import Edit, Journal, read_journal
 from tests.project.documents import numbered
@@ -109,6 +110,16 @@ def test_a_journal_of_an_older_program_is_recovered_undo_included(tmp_path) -> N
     assert history.start.options == {}
     assert (history.undo_label, history.present.options) == ("set length", {"length": "65%"})
     assert history.redo().present.options == {"length": "65%", "speed": "0.5..2"}
+
+
+@pytest.mark.parametrize("name", [["w"], {"w": 1}, 3, None])
+def test_a_journal_that_keeps_a_warp_by_no_name_is_none(tmp_path, name) -> None:
+    start = {"format": "retime-journal", "version": 2, "base": "", "start": to_value(numbered(0))}
+    lines = [start, {"did": "keep", "id": name, "warp": {}}]
+    texts = [json.dumps(line).encode() for line in lines]
+    (tmp_path / "j").write_bytes(b"".join(b"%08x %s\n" % (zlib.crc32(text), text) for text in texts))
+    with pytest.raises(FormatError, match="a warp is kept by no name"):
+        read_journal(tmp_path / "j")
 
 
 def edited(journal: Journal, history: History, number: int) -> History:

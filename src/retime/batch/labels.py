@@ -15,8 +15,7 @@ from __future__ import annotations
 
 import csv
 import json
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -30,7 +29,9 @@ from retime.arrays import IntArray
 from retime.errors import FormatError
 from retime.evaluate.metrics.spans import output_intervals
 from retime.files import read_bytes, write_bytes
+from retime.formats.number_text import NumberTextError, parse_number
 from retime.formats.registry import read, write
+from retime.formats.text_lines import utf8_text
 from retime.motion.signal import Signal
 from retime.strict_json import parse_json
 from retime.warp.apply import apply_warp
@@ -156,9 +157,9 @@ def retime_beside(source: Path, place: Path, shown: ShownFrames, *, overwrite: b
         lines = json.dumps(_Document(shown, source).retimed(document), indent=1, ensure_ascii=False)
         write_bytes(place, lines.encode() + b"\n", overwrite=overwrite)
     elif suffix in (".csv", ".tsv"):
-        text = read_bytes(source).decode("utf-8-sig", errors="strict")
+        text = utf8_text(source, read_bytes(source))
         delimiter = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
-        rows = [row for row in csv.reader(StringIO(text), delimiter=delimiter) if row]
+        rows = list(_rows(text, delimiter, source))
         mapped = _retimed_rows(rows, shown, source)
         if mapped is None:
             _retime_frames(source, place, shown, overwrite=overwrite)
@@ -168,6 +169,16 @@ def retime_beside(source: Path, place: Path, shown: ShownFrames, *, overwrite: b
         write_bytes(place, out.getvalue().encode(), overwrite=overwrite)
     else:
         raise FormatError("labels beside a clip are .csv, .tsv or .json", path=source)
+
+
+def _rows(text: str, delimiter: str, source: Path) -> Iterator[list[str]]:
+    """Part a table into its rows; blank lines are none."""
+    reader = csv.reader(StringIO(text, newline=""), delimiter=delimiter)
+    try:
+        yield from filter(None, reader)
+    except csv.Error as error:
+        problem = f"expected fields parted by {delimiter!r}: {error}"
+        raise FormatError(problem, path=source, line=reader.line_num) from None
 
 
 def _retime_frames(source: Path, place: Path, shown: ShownFrames, *, overwrite: bool) -> None:
@@ -230,17 +241,14 @@ def _retimed_rows(rows: list[list[str]], shown: ShownFrames, source: Path) -> li
 
 
 def _frame(text: str) -> int:
-    number = float(text)
+    number = _time(text)
     if number != int(number):
-        raise ValueError
+        raise NumberTextError("expected a whole number")
     return int(number)
 
 
 def _time(text: str) -> float:
-    number = float(text)
-    if not math.isfinite(number):
-        raise ValueError
-    return number
+    return parse_number(text.encode())
 
 
 def _seconds(value: float) -> str:
@@ -252,7 +260,7 @@ def _cell(row: list[str], column: int, number: Callable[[str], Any], source: Pat
         raise FormatError("the row is too short", path=source, line=line)
     try:
         return number(row[column].strip())
-    except (ValueError, OverflowError):
+    except NumberTextError:
         kind = "a frame's number" if number is _frame else "a time in seconds"
         raise FormatError(f"expected {kind}, found {row[column]!r}", path=source, line=line) from None
 

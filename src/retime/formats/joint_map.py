@@ -19,7 +19,7 @@ from retime.files import read_bytes
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.number_text import show
 from retime.formats.read_options import Limits
-from retime.formats.text_lines import count_line_ends, without_byte_order_mark
+from retime.formats.text_lines import utf8_text
 
 _LINE_END = re.compile(r"\r\n?|\n")
 _SPACE = re.compile(r"[ \t\r\n]*")
@@ -59,12 +59,7 @@ def read_joint_map(path: str | PathLike[str], *, limits: Limits | None = None) -
     kind = foreign_kind(data)
     if kind is not None and not (suffix == ".json" and kind == "a JSON document"):
         raise FormatError(f"this is {kind}; expected a joint map ({suffix})", path=path)
-    data = without_byte_order_mark(path, data)
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = count_line_ends(data[: error.start]) + 1
-        raise FormatError("expected UTF-8 text, found other bytes", path=path, line=line) from None
+    text = utf8_text(path, data)
     if not text.strip():
         raise FormatError("the file is empty; expected a joint map", path=path)
     found = _JointMap(path, limits)

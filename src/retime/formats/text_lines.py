@@ -50,6 +50,27 @@ def without_byte_order_mark(path: str | PathLike[str], data: bytes) -> bytes:
     return data
 
 
+def utf8_text(path: str | PathLike[str], data: bytes) -> str:
+    r"""Return a text file's letters, where they are UTF-8, or UTF-16 with its mark.
+
+    Raises
+    ------
+    FormatError
+        They are neither; says in which line.
+
+    Examples
+    --------
+    >>> utf8_text("a.csv", b"\xef\xbb\xbfa,b\n")
+    'a,b\n'
+    """
+    data = without_byte_order_mark(path, data)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = count_line_ends(data[: error.start]) + 1
+        raise FormatError("expected UTF-8 text, found other bytes", path=path, line=line) from None
+
+
 def without_end_padding(data: bytes) -> bytes:
     r"""Return a text file's bytes without what some writers fill up its end with: zeros, DOS's sign of an end (^Z).
 

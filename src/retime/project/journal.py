@@ -110,6 +110,8 @@ def _replayed(head: dict[str, Any], lines: list[dict[str, Any]]) -> Recovered:
             case "redo":
                 history = history.redo()
             case "keep":
+                if not isinstance(line["id"], str):
+                    raise FormatError("a warp is kept by no name")
                 warps |= read_warps({line["id"]: line["warp"]})
             case "save":
                 saves.append((str(line["digest"]), history.present))
