@@ -13,6 +13,7 @@ import tempfile
 import warnings
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -82,9 +83,14 @@ def whole_document(draw: random.Random) -> Document:
     )
 
 
+def whole_value(draw: random.Random) -> Any:
+    """Make a project file's value."""
+    return {"format": "retime-project", "version": VERSION, "document": to_value(whole_document(draw))}
+
+
 def trial(draw: random.Random) -> str:
     """Make a project, change it in a few places, and do with it what the editor does."""
-    value = {"format": "retime-project", "version": VERSION, "document": to_value(whole_document(draw))}
+    value = whole_value(draw)
     for _ in range(draw.choice([0, 1, 1, 2, 3])):
         value["document"] = mutated_json(draw, value["document"])
     with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:

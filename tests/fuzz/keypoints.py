@@ -1,16 +1,11 @@
-"""Mutants of keypoint files: each is read as a valid signal, or refused as retime refuses.
-
-python -m tests.fuzz.keypoints --count 20000
-"""
+"""Mutants of keypoint files: each is read as a valid signal, or refused as retime refuses."""
 
 from __future__ import annotations
 
 import functools
 import json
 import random
-import sys
 import tempfile
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +13,8 @@ import numpy as np
 
 from retime.formats import read
 from tests.formats.keypoint_files import landmarks, moving, openpose_people
-from tests.fuzz.files import check
-from tests.fuzz.trials import command, mutated_json, mutated_text
+from tests.fuzz.text_files import check
+from tests.fuzz.trials import Trial, mutated_json, mutated_text
 
 
 @functools.cache
@@ -38,7 +33,7 @@ def whole_files() -> tuple[tuple[str, Any], ...]:
     )
 
 
-def trial(draw: random.Random) -> str:
+def keypoint_file(draw: random.Random) -> str:
     """Make a mutant, and read it."""
     program, document = draw.choice(whole_files())
     with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
@@ -56,6 +51,4 @@ def trial(draw: random.Random) -> str:
     return f"{program} is read"
 
 
-if __name__ == "__main__":
-    warnings.simplefilter("ignore")
-    sys.exit(command(trial, __doc__))
+KINDS: dict[str, Trial] = {"keypoints": keypoint_file}

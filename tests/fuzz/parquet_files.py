@@ -1,7 +1,5 @@
 """Mutants of Parquet files: each is read as a valid signal, or refused as retime refuses.
 
-    python -m tests.fuzz.parquet_files --count 2000
-
 A process of its own tries each of them first, so that this takes half a second a file.
 """
 
@@ -9,9 +7,7 @@ from __future__ import annotations
 
 import functools
 import random
-import sys
 import tempfile
-import warnings
 from fractions import Fraction
 from pathlib import Path
 
@@ -19,11 +15,8 @@ import numpy as np
 
 from retime.formats import read, write
 from retime.motion.signal import Signal
-from tests.fuzz.files import check, write_and_read
-from tests.fuzz.trials import command, mutated_bytes
-
-# The clock runs while others use the machine, and starting a process may take its time.
-MOST_SECONDS = 60
+from tests.fuzz.text_files import check, write_and_read
+from tests.fuzz.trials import Trial, mutated_bytes
 
 
 @functools.cache
@@ -37,7 +30,7 @@ def whole_file(several: bool) -> bytes:
         return path.read_bytes()
 
 
-def trial(draw: random.Random) -> str:
+def parquet_file(draw: random.Random) -> str:
     """Make a mutant, and read it."""
     data = mutated_bytes(draw, whole_file(draw.random() < 0.7))
     with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as name:
@@ -50,6 +43,4 @@ def trial(draw: random.Random) -> str:
     return ".parquet is read"
 
 
-if __name__ == "__main__":
-    warnings.simplefilter("ignore")
-    sys.exit(command(trial, __doc__, most_seconds=MOST_SECONDS))
+KINDS: dict[str, Trial] = {"parquet": parquet_file}

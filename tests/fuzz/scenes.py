@@ -1,31 +1,25 @@
-"""Mutants of scenes (glTF; FBX, binary and in text): each is read, retimed and baked, or refused as FormatError.
-
-python -m tests.fuzz.scenes --kind fbx --count 200000
-"""
+"""Mutants of scenes (glTF; FBX, binary and in text): each is read, retimed and baked, or refused as FormatError."""
 
 from __future__ import annotations
 
-import argparse
-import copy
-import json
+import functools
+import pickle
 import random
-import struct
-import time
-import warnings
-from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from retime.errors import FormatError, RetimeWarning
+from retime.errors import FormatError
 from retime.formats.curves import fbx, gltf
 from retime.formats.read_options import Limits, ReadOptions
 from retime.warp.curve import Warp
 from tests.formats.curves.fbx_files import ARRAYS, Builder, ascii_, binary, drawn_fbx, drawn_track
 from tests.formats.curves.scenes import Scene, drawn_scene
-from tests.fuzz.trials import mutated_text
+from tests.fuzz.text_files import check, written_again
+from tests.fuzz.trials import Trial, mutated_bytes, mutated_text
 
 _ODD: list[Any] = [-1, 0, 1, 2, 3, 7, 99, 2**31, 2**63, 1e308, 0.5, True, None, "", "x", [], {}, [0], {"a": 1}, "VEC4"]
 _OPTIONS = ReadOptions(limits=Limits(frames=20_000, joint_poses=100_000))
@@ -44,31 +38,48 @@ def _places(node: Any) -> list[tuple[Any, Any]]:
     return found
 
 
-def mutant(rng: np.random.Generator, seeds: list[Scene]) -> bytes:
+@functools.cache
+def _gltf_scenes() -> tuple[tuple[bytes, bytes, bytes], ...]:
+    """Return small scenes: their JSON, pickled, which is copied fast; their binary chunk; and their text."""
+    scenes = [drawn_scene(seed) for seed in range(8)]
+    return tuple((pickle.dumps(scene.json), bytes(scene.chunk), scene.gltf()) for scene in scenes)
+
+
+def gltf_mutant(draw: random.Random, *, text: bool) -> bytes:
     """Make one: numbers and texts of its JSON exchanged, parts taken away, bytes turned, the end cut off."""
-    scene = seeds[rng.integers(len(seeds))]
+    pickled, chunk, written = draw.choice(_gltf_scenes())
+    if text and draw.random() < 0.4:
+        return mutated_text(draw, written, _GLTF_WORDS, [one for _, _, one in _gltf_scenes()])
     changed = Scene()
-    changed.json, changed.chunk = copy.deepcopy(scene.json), bytearray(scene.chunk)
-    for _ in range(int(rng.choice([0, 1, 1, 1, 2, 3]))):
+    changed.json, changed.chunk = pickle.loads(pickled), bytearray(chunk)
+    for _ in range(draw.choice([0, 1, 1, 1, 2, 3])):
         places = _places(changed.json)
-        holder, key = places[rng.integers(len(places))]
-        kind = rng.integers(4)
+        if not places:
+            break
+        holder, key = draw.choice(places)
+        kind = draw.randrange(4)
         if kind == 0:
             del holder[key]
         elif kind == 1:
-            other, there = places[rng.integers(len(places))]
-            if there in other if isinstance(other, dict) else there < len(other):
-                holder[key] = copy.deepcopy(other[there])
+            other, there = draw.choice(places)
+            holder[key] = pickle.loads(pickle.dumps(other[there]))
         elif isinstance(holder[key], int | float) and kind == 2:
-            holder[key] = type(holder[key])(holder[key] + int(rng.integers(-3, 4)))
+            holder[key] = type(holder[key])(holder[key] + draw.randint(-3, 3))
         else:
-            holder[key] = copy.deepcopy(_ODD[rng.integers(len(_ODD))])
-    data = bytearray(changed.glb())
-    for _ in range(int(rng.integers(1, 3)) if rng.random() < 0.3 else 0):
-        data[rng.integers(len(data))] = rng.integers(256)
-    if rng.random() < 0.1:
-        del data[rng.integers(len(data)) :]
-    return bytes(data)
+            holder[key] = pickle.loads(pickle.dumps(draw.choice(_ODD)))
+    if text:
+        return changed.gltf()
+    data = changed.glb()
+    for _ in range(draw.choice([0, 0, 0, 0, 0, 1, 1, 2])):
+        data = mutated_bytes(draw, data)
+    return data
+
+
+_GLTF_WORDS = tuple(
+    b'"accessors"|"bufferViews"|"animations"|"samplers"|"channels"|"target"|"path"|"rotation"|"weights"|"CUBICSPLINE"|"STEP"|'
+    b'"sparse"|"normalized"|5126|5123|5121|"VEC4"|"SCALAR"|"MAT4"|"data:application/octet-stream;base64,AAAA"|'
+    b'"../x.bin"|"http://a/b"|"nodes"|"children"|[0]|{}|[]|null|-1|1e400|99999999999|"byteOffset"|"skins"'.split(b"|")
+)
 
 
 _ODD_LONGS = [-1, 0, 1, 7, 2**31, -(2**31), 2**62, -(2**62), 46_186_158_000, 2**63 - 1, -(2**63)]
@@ -139,102 +150,114 @@ def small_fbx(seed: int) -> Builder:
     return made
 
 
-def _copied(records: list[Any]) -> list[Any]:
-    return [(name, list(values), None if inner is None else _copied(inner)) for name, values, inner in records]
+@functools.cache
+def _fbx_scenes() -> Mapping[int, tuple[bytes, ...]]:
+    """Return scenes of each version: their records, pickled, which are copied fast."""
+    builders = [*map(small_fbx, range(36)), *map(drawn_fbx, range(2))]
+    return {version: tuple(pickle.dumps(one.records(version)) for one in builders) for version in _VERSIONS}
 
 
-def fbx_mutant(rng: np.random.Generator, seeds: list[Builder], text: bool) -> bytes:
+_VERSIONS = (7100, 7400, 7500, 7700)
+
+
+def _lists(records: list[Any]) -> list[list[Any]]:
+    """List all lists of records that hold some."""
+    lists, waiting = [], [records]
+    while waiting:
+        one = waiting.pop()
+        if one:
+            lists.append(one)
+        waiting += [inner for _, _, inner in one if inner]
+    return lists
+
+
+def fbx_mutant(draw: random.Random, *, text: bool) -> bytes:
     """Make one: values of its records exchanged, records taken away or doubled, bytes turned, the end cut off."""
-    version = int(rng.choice([7100, 7400, 7500, 7700]))
-    records = _copied(seeds[rng.integers(len(seeds))].records(version))
-    for _ in range(int(rng.choice([0, 1, 1, 1, 2, 3]))):
-        lists, waiting = [], [records]
-        while waiting:
-            one = waiting.pop()
-            if one:
-                lists.append(one)
-            waiting += [inner for _, _, inner in one if inner]
-        chosen = lists[rng.integers(len(lists))]
-        place = int(rng.integers(len(chosen)))
-        kind = rng.integers(6)
+    rng = np.random.default_rng(draw.randrange(2**63))
+    version = draw.choice(_VERSIONS)
+    # The last two are long.
+    which = draw.randrange(38) if draw.random() < 0.2 else draw.randrange(36)
+    records = pickle.loads(_fbx_scenes()[version][which])
+    for _ in range(draw.choice([0, 1, 1, 1, 2, 3])):
+        lists = _lists(records)
+        if not lists:
+            break
+        chosen = draw.choice(lists)
+        place = draw.randrange(len(chosen))
+        kind = draw.randrange(6)
         if kind == 0:
             del chosen[place]
         elif kind == 1:
-            other = lists[rng.integers(len(lists))]
-            chosen.insert(place, _copied([other[rng.integers(len(other))]])[0])
+            chosen.insert(place, pickle.loads(pickle.dumps(draw.choice(draw.choice(lists)))))
         elif chosen[place][1]:
-            values = chosen[place][1]
-            spot = int(rng.integers(len(values)))
+            name, values, inner = chosen[place]
+            values = list(values)
+            spot = draw.randrange(len(values))
             values[spot] = _odd_value(rng, values[spot])
+            chosen[place] = (name, values, inner)
     if text:
-        data = ascii_(records, version, "\n" if rng.random() < 0.8 else "\r\n")
-        if rng.random() < 0.3:
-            data = mutated_text(random.Random(int(rng.integers(2**31))), data)
-        return data
-    changed = bytearray(binary(records, version, bool(rng.random() < 0.5)))
-    for _ in range(int(rng.integers(1, 3)) if rng.random() < 0.3 else 0):
-        changed[rng.integers(len(changed))] = rng.integers(256)
-    if rng.random() < 0.1:
-        del changed[rng.integers(len(changed)) :]
-    return bytes(changed)
+        data = ascii_(records, version, "\n" if draw.random() < 0.8 else "\r\n")
+        return mutated_text(draw, data, _FBX_WORDS) if draw.random() < 0.3 else data
+    data = binary(records, version, draw.random() < 0.5)
+    for _ in range(draw.choice([0, 0, 0, 0, 0, 1, 1, 2])):
+        data = mutated_bytes(draw, data)
+    return data
 
 
-def _try_gltf(path: Path, data: bytes, warp: Warp, outcomes: Counter[str]) -> None:
+_FBX_WORDS = tuple(
+    b'Objects:|Connections:|C: "OO",1,2|AnimationCurve:|KeyTime: *3 {|a: 1,2,3|KeyAttrFlags:|Properties70:|'
+    b'P: "Lcl Rotation"|{|}|*99999999|"|;|,|: |Takes:|Version: 7500|*0 {|FBXHeaderExtension:  {'.split(b"|")
+)
+
+
+def gltf_file(draw: random.Random, *, text: bool) -> str:
+    """Read and retime a mutant of glTF, in text or as GLB; what was written is read again."""
+    data = gltf_mutant(draw, text=text)
+    path = Path("mutant.gltf" if text else "mutant.glb")
     names = gltf.animation_names(path, data, _OPTIONS)
-    gltf.read(path, data, _OPTIONS)
-    outcomes["read"] += 1
-    new = gltf.retime(path, data, dict.fromkeys(names, warp), _OPTIONS)[""]
-    # What was written is read again.
-    gltf.read(path, new, _OPTIONS)
-    json.loads(new[20 : 20 + struct.unpack_from("<I", new, 12)[0]])
+    clip = gltf.read(path, data, _OPTIONS)
+    check(clip)
+    if draw.random() < 0.05:
+        written_again(clip)
+        return "a scene is converted"
+    if draw.random() < 0.5:
+        return "a scene is read"
+    new = gltf.retime(path, data, dict.fromkeys(names, _WARP), _OPTIONS)
+    if text and len(new) > 1:
+        return "a scene is retimed, with a file beside it"
+    gltf.read(path, new[""], _OPTIONS)
+    return "a scene is retimed"
 
 
-def _try_fbx(path: Path, data: bytes, warp: Warp, outcomes: Counter[str]) -> None:
+def fbx_file(draw: random.Random, *, text: bool) -> str:
+    """Read and retime a mutant of FBX, in text or binary; now and then it is baked."""
+    data = fbx_mutant(draw, text=text)
+    path = Path("mutant.fbx")
     names = fbx.animation_names(path, data, _OPTIONS)
     clip = fbx.read(path, data, _OPTIONS)
-    outcomes["read"] += 1
-    new = fbx.retime(path, data, dict.fromkeys(names, warp), _OPTIONS)[""]
-    if outcomes["read"] % 4:
-        return
-    # What was written is read again; and now and then it is baked.
-    baked = fbx.bake(path, data, {names[0]: Warp([0.0, 0.5], [0.0, 1.0])}, _OPTIONS, average=clip.n_frames % 2 == 0)
-    for written in (new, baked[""]):
+    check(clip)
+    if draw.random() < 0.05:
+        written_again(clip)
+        return "a scene is converted"
+    how = draw.randrange(12)
+    if how < 6:
+        return "a scene is read"
+    if how < 11:
+        new = fbx.retime(path, data, dict.fromkeys(names, _WARP), _OPTIONS)
+    else:
+        new = fbx.bake(path, data, {names[0]: Warp([0.0, 0.5], [0.0, 1.0])}, _OPTIONS, average=clip.n_frames % 2 == 0)
+    if how > 8:
         try:
-            fbx.read(path, written, _OPTIONS)
+            fbx.read(path, new[""], _OPTIONS)
         except FormatError as error:
             raise AssertionError(f"what was written is refused: {error}") from error
+    return "a scene is retimed" if how < 11 else "a scene is baked"
 
 
-def run(count: int, seed: int = 0, kind: str = "gltf") -> Counter[str]:
-    """Try mutants; return how many were read, retimed and refused. What else happens is raised with its seed."""
-    rng = np.random.default_rng(seed)
-    scenes = [drawn_scene(i) for i in range(8)] if kind == "gltf" else []
-    builders = [*map(small_fbx, range(36)), *map(drawn_fbx, range(2))] if kind != "gltf" else []
-    path = Path("mutant.glb" if kind == "gltf" else "mutant.fbx")
-    outcomes: Counter[str] = Counter()
-    warp = Warp([0.0, 0.5, 0.7, 1.5], [0.0, 1.0, 1.0, 0.2])
-    for number in range(count):
-        data = mutant(rng, scenes) if kind == "gltf" else fbx_mutant(rng, builders, kind == "fbx-text")
-        begun = time.monotonic()
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error")
-                warnings.simplefilter("ignore", RetimeWarning)
-                (_try_gltf if kind == "gltf" else _try_fbx)(path, data, warp, outcomes)
-                outcomes["retimed"] += 1
-        except FormatError:
-            outcomes["refused"] += 1
-        except Exception as error:
-            raise AssertionError(f"mutant {number} of seed {seed}: {type(error).__name__}: {error}") from error
-        if time.monotonic() - begun > 5:
-            raise AssertionError(f"mutant {number} of seed {seed} took more than 5 s")
-    return outcomes
-
-
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--kind", choices=["gltf", "fbx", "fbx-text"], default="gltf")
-    given = parser.parse_args()
-    print(dict(run(given.count, given.seed, given.kind)))
+_WARP = Warp([0.0, 0.5, 0.7, 1.5], [0.0, 1.0, 1.0, 0.2])
+KINDS: dict[str, Trial] = {
+    "glb": functools.partial(gltf_file, text=False),
+    "gltf": functools.partial(gltf_file, text=True),
+    "fbx": functools.partial(fbx_file, text=False),
+    "fbx-text": functools.partial(fbx_file, text=True),
+}

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import os
+import random
+import signal
 import sys
 from importlib.util import find_spec
 
 import pytest
 
-from tests.fuzz import captures, documents, files, keypoints
-from tests.fuzz.trials import Tally, run
+from tests.fuzz import documents, files
+from tests.fuzz.trials import Tally, run, run_apart
 
 
 def ended_well(tally: Tally, *expected: str) -> None:
@@ -18,27 +22,46 @@ def ended_well(tally: Tally, *expected: str) -> None:
         assert tally.ends[end] > 0, f"no trial ended so: {end}; {tally.ends}"
 
 
-def test_mutants_of_files_are_read_or_refused() -> None:
-    read = [f"{suffix} is read" for suffix in (".bvh", ".amc", ".csv", ".npz", ".csv.gz", ".npz.bz2")]
-    ended_well(run(files.trial, range(500)), "FormatError", *read, "a warp is applied")
+# More of them where less of one comes to something.
+COUNTS = {"bvh": 800, "npy": 800, "fbx": 80, "fbx-text": 80, "amass": 120, "humanml3d": 120}
+# What a mutant can come to beside being refused.
+ENDS = {
+    "bvh": (".bvh is read", ".bvh is written and read again"),
+    "asf": (".asf is read", ".asf carries a motion"),
+    "amc": (".amc is read", ".amc is written and read again"),
+    "csv": (".csv is read", ".csv is written and read again"),
+    "tables": tuple(f"a table is read: {dialect}" for dialect in ("OpenSim table", "Motive export", "TRC markers")),
+    "packed": (".bvh.gz is read", ".csv.bz2 is read"),
+    "joint-map": ("a joint map is read",),
+    "warp": ("a warp is read",),
+    "project": ("a project is read",),
+    "journal": ("a journal is read",),
+    "labels": tuple(f"labels are retimed ({suffix})" for suffix in (".csv", ".json", ".tsv")),
+    "recipe": ("a recipe is read (.toml)", "a recipe is read (.csv)", "OptionError"),
+    "typed": ("what was typed is taken", "OptionError"),
+    "keypoints": ("OpenPose is read", "MediaPipe is read"),
+    "npy": ("npy is read",),
+    "npz": ("npz is read",),
+    "c3d": ("c3d is read", "c3d is retimed"),
+    "amass": ("amass is read", "amass is retimed"),
+    "humanml3d": ("humanml3d is read", "humanml3d is retimed"),
+    "glb": ("a scene is read", "a scene is retimed"),
+    "gltf": ("a scene is read", "a scene is retimed"),
+    "fbx": ("a scene is read", "a scene is retimed"),
+    "fbx-text": ("a scene is read", "a scene is retimed"),
+}
 
 
-def test_mutants_of_captures_are_retimed_or_refused() -> None:
-    ended_well(
-        run(captures.trial, range(500)), "FormatError", *(f"{kind} is retimed" for kind in ("c3d", "npz", "npy"))
-    )
-
-
-def test_mutants_of_keypoints_are_read_or_refused() -> None:
-    ended_well(run(keypoints.trial, range(200)), "FormatError", "OpenPose is read", "MediaPipe is read")
+@pytest.mark.parametrize("kind", files.KINDS)
+def test_mutants_are_read_or_refused(kind: str) -> None:
+    ends = ENDS[kind] if kind in ENDS else (f"a curve of {kind.removeprefix('curve-')} is read",)
+    tally = run(files.trial_of(kind), range(COUNTS.get(kind, 300)), processor=True)
+    ended_well(tally, *ends, *(["FormatError"] if kind != "typed" else []))
 
 
 @pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
 def test_mutants_of_parquet_are_read_or_refused() -> None:
-    from tests.fuzz import parquet_files
-
-    tally = run(parquet_files.trial, range(10), most_seconds=parquet_files.MOST_SECONDS)
-    ended_well(tally, "FormatError", ".parquet is read")
+    ended_well(run(files.trial_of("parquet"), range(10), processor=True), "FormatError", ".parquet is read")
 
 
 def test_random_documents_are_solved_or_refused() -> None:
@@ -87,3 +110,41 @@ def test_what_must_not_be_is_told_with_its_seed() -> None:
     seed, words = next(iter(tally.faults.items()))
     assert words.startswith("ZeroDivisionError: oh")
     assert list(run(trial, [seed]).faults) == [seed]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that are forks of one another")
+def test_a_trial_that_ends_its_process_is_told_with_its_seed_and_the_others_are_made() -> None:
+    def trial(draw: random.Random) -> str:
+        number = draw.random()
+        if number < 0.1:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return "high" if number > 0.5 else "low"
+
+    told: list[range] = []
+    tally = run_apart(trial, range(40), block=10, told=lambda part, _: told.append(part))
+    draws = [random.Random(seed).random() for seed in range(40)]
+    assert sorted(tally.faults) == [seed for seed in range(40) if draws[seed] < 0.1]
+    assert all(fault == "it ended the process, with -9" for fault in tally.faults.values())
+    assert tally.ends["high"] == sum(number > 0.5 for number in draws)
+    assert tally.ends["low"] == sum(0.1 <= number <= 0.5 for number in draws)
+    # Each seed once, whatever was done again.
+    assert sorted(seed for part in told for seed in part) == list(range(40))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a bound of memory that only Linux keeps")
+def test_a_trial_that_takes_too_much_is_told() -> None:
+    def trial(draw: random.Random) -> str:
+        what = draw.randrange(3)
+        if what == 0:
+            while True:
+                # A loop of Python's own, which a handler can leave.
+                json.dumps([0] * 100)
+        if what == 1:
+            bytearray(300 << 20)
+        return "well"
+
+    tally = run_apart(trial, range(8), most_seconds=1, most_bytes=100 << 20)
+    whats = [random.Random(seed).randrange(3) for seed in range(8)]
+    assert set(whats) == {0, 1, 2}
+    for seed, what in enumerate(whats):
+        assert tally.faults.get(seed, "well").startswith(("TooLongError: more than 1 s", "MemoryError", "well")[what])

@@ -6,12 +6,17 @@ import pytest
 
 pytest.importorskip("pxr", reason="usd-core is not installed (make extras)")
 
-from tests.fuzz.usd_scenes import run
+from tests.fuzz import trials
+from tests.fuzz.usd_scenes import Mutants
 
 
 @pytest.mark.extras
 def test_mutants_are_read_or_refused() -> None:
-    tally = run(250, seed=1)
+    mutants = Mutants()
+    try:
+        tally = trials.run(mutants, range(1, 251), most_seconds=90)
+    finally:
+        mutants.close()
     assert tally.faults == {}
     assert tally.ends["refused"] > 50
     assert tally.ends["retimed"] > 50
