@@ -13,6 +13,8 @@ LOCKED := $(VENV)/.locked
 BENCH := $(VENV)/.bench
 EXTRAS := $(VENV)/extras
 EXTRAS_MADE := $(EXTRAS)/.made
+SITE := $(VENV)/site
+SITE_MADE := $(SITE)/.made
 INSTALLED := $(VENV)/.installed
 VENV_WORKS := $(shell $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo yes)
 # The editor's page: a bundle that npm builds. Without npm there is all but that.
@@ -23,7 +25,7 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench bench-extras study lock clean FORCE
+.PHONY: help install page demo test check core site site-tools forms extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench bench-extras study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -79,6 +81,21 @@ core: $(INSTALLED)  ## Use the core with NumPy alone, the oldest that serves, as
 	$(PIP) --python $(CORE)/env/bin/python install --quiet --no-deps $(CORE)/retime-*.whl
 	$(CORE)/env/bin/python tests/core_alone.py
 	RETIME_BACKEND=numpy $(CORE)/env/bin/python tests/core_alone.py
+
+# Sphinx and its theme, in an environment of their own.
+site-tools: $(SITE_MADE)
+
+site: $(SITE_MADE)  ## Build the documentation as a site, into build/site
+	$(SITE)/bin/python tools/build_site.py
+	@echo "Open build/site/index.html"
+
+# Against the schemas that come with the tool; nothing is fetched.
+SCHEMA := $(SITE)/bin/check-jsonschema --builtin-schema vendor.
+forms: $(SITE_MADE)  ## Check workflows, issue forms and the citation by their schemas
+	$(SCHEMA)github-workflows .github/workflows/*.yml
+	$(SCHEMA)github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	$(SCHEMA)github-issue-forms $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))
+	$(SCHEMA)citation-file-format CITATION.cff
 
 # The packages of the heavy extras, and the peers that re-read what is written, in an environment that sees all of .venv:
 # "make test" goes without them and stays quick.
@@ -155,6 +172,7 @@ lock: $(MADE)  ## Resolve requirements/*.txt again (UPGRADE=--upgrade: to the ne
 	$(UV_LOCK) --extra plot --extra edit --extra notebook --extra pandas --extra parquet --group dev --output-file requirements/dev.txt
 	$(UV_LOCK) --no-binary lottie --extra usd --extra video --extra beats --extra batch --group peers --constraints requirements/dev.txt \
 		--output-file requirements/extras.txt
+	$(subst compile pyproject.toml,compile --group site,$(UV_LOCK)) --output-file requirements/site.txt
 	$(UV_LOCK) --group bench --constraints requirements/dev.txt --output-file requirements/bench.txt
 	$(subst compile pyproject.toml,compile --group core,$(UV_LOCK)) --output-file requirements/core.txt
 	set -e; for version in $(BLENDERS); do $(subst compile pyproject.toml,compile --group blender$$(echo $$version | tr -d .),$(UV_LOCK)) \
@@ -186,6 +204,11 @@ $(EXTRAS_MADE): requirements/extras.txt $(LOCKED)
 		> $$($(EXTRAS)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/sees_dev.pth
 	$(PIP) --python $(EXTRAS)/bin/python install --quiet --require-hashes --only-binary :all: --no-binary lottie \
 		-r requirements/extras.txt
+	@touch $@
+
+$(SITE_MADE): requirements/site.txt $(MADE)
+	test -x $(SITE)/bin/python || $(PY) -m venv $(SITE)
+	$(PIP) --python $(SITE)/bin/python install --quiet --require-hashes --only-binary :all: -r requirements/site.txt
 	@touch $@
 
 $(BENCH): requirements/bench.txt $(LOCKED)
