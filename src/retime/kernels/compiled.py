@@ -31,6 +31,10 @@ _MANY = 64_000
 _BLOCK = 64
 # Share of the variance that a projection may lose: it makes bounds cheaper, but less tight.
 _LOST_VARIANCE = 0.002
+# Rows of a reference that tell its directions.
+_TELLING = 4096
+# Multiplications up to which OpenBLAS, which comes with NumPy, works in the thread that calls it.
+_SMALL = 1 << 18
 # Stands for a band that there is not.
 _ANY = np.zeros((0, 2), dtype=np.int64)
 # Bytes of costs that a search in step with a reference makes at once.
@@ -56,8 +60,9 @@ def joint_scores(
     if n_reference < _LONG or n_input * steps.n_pairs < _MANY:
         _kernels.joint_scores(*problem, scale, n_threads(), each, out)
         return out
-    directions = _directions(reference.reshape(-1, n_numbers)) * scale
-    low_inputs, low_reference = inputs @ directions, reference.reshape(-1, n_numbers) @ directions
+    parts = reference.reshape(-1, n_numbers)
+    directions = _directions(reference, n_numbers) * scale
+    low_inputs, low_reference = _products(inputs, directions), _products(parts, directions)
     low_reference = low_reference.reshape(n_reference, -1)
     order = _neighborhoods(low_reference.astype(np.float32))
     place = np.empty(n_reference + 1, dtype=np.int32)
@@ -79,11 +84,32 @@ def _size(numbers: FloatArray) -> float:
     return max(float(numbers.max()), -float(numbers.min()))
 
 
-def _directions(parts: FloatArray) -> FloatArray:
+def _directions(reference: FloatArray, n_numbers: int) -> FloatArray:
     """Return few orthogonal directions (d, depth) that hold nearly all variance of poses and their differences."""
-    variances, directions = np.linalg.eigh(parts.T @ parts)
+    # Of long references every so many rows, and of each all its parts.
+    some = reference[:: max(1, len(reference) // _TELLING)].reshape(-1, n_numbers)
+    variances, directions = np.linalg.eigh(_products(some.T, some))
     left = np.cumsum(np.maximum(variances, 0))
     return np.ascontiguousarray(directions[:, left >= _LOST_VARIANCE * left[-1]])
+
+
+def _products(rows: FloatArray, columns: FloatArray) -> FloatArray:
+    """Multiply matrices (n, d) and (d, m), a small piece after the other: in this thread alone.
+
+    Threads of a linear algebra library wait for each other actively. Where others use the machine too, that costs many
+    times what the products do.
+    """
+    n, depth = rows.shape
+    products = np.zeros((n, columns.shape[1]))
+    if n <= depth:
+        every = max(1, _SMALL // max(1, n * columns.shape[1]))
+        for start in range(0, depth, every):
+            products += rows[:, start : start + every] @ columns[start : start + every]
+        return products
+    every = max(1, _SMALL // max(1, columns.size))
+    for start in range(0, n, every):
+        np.matmul(rows[start : start + every], columns, out=products[start : start + every])
+    return products
 
 
 def _neighborhoods(rows: NDArray[np.float32]) -> IntArray:
@@ -102,7 +128,7 @@ def _neighborhoods(rows: NDArray[np.float32]) -> IntArray:
         one = few[np.argmax(np.square(few - few[0]).sum(axis=1))]
         other = few[np.argmax(np.square(few - one).sum(axis=1))]
         middle = n_blocks // 2 * _BLOCK
-        order[start:stop] = here[np.argpartition(some @ (other - one), middle)]
+        order[start:stop] = here[np.argpartition(np.einsum("rd,d->r", some, other - one), middle)]
         parts += [(start, start + middle), (start + middle, stop)]
     return order
 

@@ -113,9 +113,11 @@ def _accelerations(heights: FloatArray, lag: int, rate: float) -> FloatArray:
 
 def _most_fall(heights: FloatArray, rate: float) -> bool:
     """Tell from their parabolas whether half of the joints fall freely; heights (n_frames, n_joints), metres."""
-    times = np.arange(len(heights)) / rate
-    parabolas = np.polynomial.polynomial.polyfit(times - times.mean(), heights, 2)
-    return bool(np.median(2 * parabolas[2]) < -_FREE * GRAVITY)
+    # The least squares of a parabola, whose bend is all that is asked for: of evenly spaced times it is a sum alone.
+    times = (np.arange(len(heights)) - (len(heights) - 1) / 2) / rate
+    bends = times**2 - np.mean(times**2)
+    parabolas = np.einsum("f,fj->j", bends, heights) / np.sum(bends**2)
+    return bool(np.median(2 * parabolas) < -_FREE * GRAVITY)
 
 
 def _grown(free: BoolArray, first: int, stop: int, most: int, start: int, end: int) -> tuple[int, int]:

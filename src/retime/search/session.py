@@ -131,7 +131,7 @@ class Session:
         self.references = tuple(track.name for track in self._reference_tracks)
         self._own_name = self._tracks.name if self.itself else ""
         self._models: dict[float, Model] = {}
-        self.n_reference = sum(len(track.at_rate(self.rate, self.low_pass)) for track in self._reference_tracks)
+        self.n_reference = sum(track.count_at(self.rate) for track in self._reference_tracks)
         self._model = self._model_at(self.rate)
         self._warn_of_sameness()
         # How the heuristic is read: as a band so wide about its coarse path, or (None) as keytimes.

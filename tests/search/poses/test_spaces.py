@@ -18,6 +18,8 @@ from retime.motion.skeleton import Skeleton
 from retime.search.poses.spaces import (
     PoseOptions,
     Track,
+    _added_up,
+    _convolved,
     difference_scales,
     low_pass,
     sample,
@@ -173,6 +175,41 @@ def test_the_low_pass_treats_columns_alike_and_time_s_directions_too() -> None:
     for column in range(4):
         np.testing.assert_allclose(low_pass(noise[:, [column]], Fraction(30), 3.0)[:, 0], smooth[:, column], atol=1e-14)
     np.testing.assert_allclose(low_pass(noise[::-1], Fraction(30), 3.0)[::-1], smooth, atol=1e-14)
+
+
+@pytest.mark.parametrize("n_frames", [50, 128, 129, 260, 1000])
+@pytest.mark.parametrize("cutoff", [0.5, 2.0, 5.0, 11.0])
+def test_the_low_pass_adds_up_neighbours_and_goes_on_beyond_the_ends(n_frames: int, cutoff: float) -> None:
+    values = np.random.default_rng(n_frames).standard_normal((n_frames, 3))
+    impulse = np.zeros((2 * n_frames - 1, 1))
+    impulse[n_frames - 1] = 1.0
+    weights = low_pass(impulse, Fraction(30), cutoff)[:, 0]
+    assert weights.sum() == pytest.approx(1.0, abs=1e-12)
+    # The clip goes on as it came, reflected in its end points.
+    wide = np.concatenate([2 * values[0] - values[:0:-1], values, 2 * values[-1] - values[-2::-1]])
+    expected = [weights @ wide[frame : frame + 2 * n_frames - 1] for frame in range(n_frames)]
+    np.testing.assert_allclose(low_pass(values, Fraction(30), cutoff), expected, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_both_ways_to_low_pass_agree(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    reach = int(generator.integers(1, 25))
+    n_frames = reach + int(generator.integers(1, 300))
+    half = generator.random(reach + 1)
+    values = generator.standard_normal((n_frames, int(generator.integers(1, 20))))
+    values[generator.random(n_frames) < 0.1] = values[0]
+    np.testing.assert_allclose(_added_up(values, half), _convolved(values, half), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("cutoff", [0.0, 2.0, 11.0])
+def test_a_track_that_is_read_twice_is_the_same(cutoff: float) -> None:
+    track = Track(np.random.default_rng(0).standard_normal((200, 3)), Fraction(60))
+    for rate in (30.0, 24.0, 30.0):
+        n_frames = int(track.end_time * rate) + 1
+        wanted = sample(low_pass(track.vectors, track.rate, cutoff), track.rate, np.arange(n_frames) / rate)
+        for _ in range(2):
+            assert np.array_equal(track.at_rate(n_frames, rate, cutoff), wanted)
 
 
 @pytest.mark.parametrize("cutoff", [0.0, 15.0, 1e9])

@@ -133,7 +133,9 @@ class PoseTracks:
 
     def at(self, times: ArrayLike, cutoff: float) -> FloatArray:
         """Low-pass each clip at its own rate and read all of them at `times` (seconds); shape (n, n_numbers)."""
-        parts = [track.at(times, cutoff) for track in self.tracks]
+        return self._joined([track.at(times, cutoff) for track in self.tracks])
+
+    def _joined(self, parts: Sequence[FloatArray]) -> FloatArray:
         joined = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
         return joined if self.order is None else np.take(joined, self.order, axis=1)
 
@@ -148,7 +150,12 @@ class PoseTracks:
 
     def at_rate(self, rate: float, cutoff: float) -> FloatArray:
         """Read at `rate` Hz from the first frame to the last; shape (n_frames at that rate, n_numbers)."""
-        return self.at(np.arange(int(np.floor(self.end_time * rate + 1e-6)) + 1) / rate, cutoff)
+        n_frames = self.count_at(rate)
+        return self._joined([track.at_rate(n_frames, rate, cutoff) for track in self.tracks])
+
+    def count_at(self, rate: float) -> int:
+        """How many frames `at_rate` reads."""
+        return int(np.floor(self.end_time * rate + 1e-6)) + 1
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from retime.arrays import BoolArray, FloatArray
+from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr, kind_of
 from retime.checks import real
 from retime.errors import OptionError
@@ -28,8 +28,12 @@ from retime.motion.signal import Signal
 
 # Seconds. Longer than any clip; with a longer one, its square would leave nothing of the pose but rounding.
 _LONGEST_TIME_SCALE = 1000.0
-# Frames, and numbers of a pose, that are worked on at once.
-_FRAMES = 2048
+# Frames that are posed, low-passed, and read between, at once.
+_FRAMES = 256
+_PASSED = 128
+_READ = 256
+# Frames to either side up to which a low-pass adds up rows; and columns that it works on at once where there are more.
+_FEW_TAPS = 24
 _COLUMNS = 8
 PoseSpace = Literal["torso", "heading", "signal"]
 POSE_SPACES = get_args(PoseSpace)
@@ -178,11 +182,15 @@ def joint_vectors(
         weights = np.array([options.weights.get(names[joint], 1.0) for joint in joints])[:, None]
     places = [joint - 1 for joint in joints] if space == "torso" else list(joints)
     vectors = np.empty((len(poses.positions), 3 * len(joints)))
+    n_there = poses.positions.shape[1] - (space == "torso")
+    every = places == list(range(n_there))
     # In pieces that stay in the cache: what comes between needs no memory beside a long take.
     for start in range(0, len(vectors), _FRAMES):
         frames = slice(start, start + _FRAMES)
         here = GlobalPoses(poses.positions[frames], poses.rotations[frames], poses.end_positions[frames])
-        positions = (torso_positions(here) if space == "torso" else heading_positions(here))[:, places]
+        positions = torso_positions(here) if space == "torso" else heading_positions(here)
+        if not every:
+            positions = positions[:, places]
         if weights is not None:
             positions *= weights
         vectors[frames] = positions.reshape(len(positions), -1)
@@ -215,8 +223,40 @@ def low_pass(vectors: FloatArray, rate: Fraction, cutoff: float) -> FloatArray:
     reach = min(math.ceil(4 * math.sqrt(variance)) + 2, len(vectors) - 1)
     waves = np.cos(2 * np.pi * np.arange(4 * reach + 9) / (8 * reach + 16))
     half = np.fft.irfft(np.exp(variance * (waves - 1)))[: reach + 1]
-    taps = np.concatenate([half[:0:-1], half])
-    taps /= taps.sum()
+    half /= half[0] + 2 * half[1:].sum()
+    return _added_up(vectors, half) if reach <= _FEW_TAPS else _convolved(vectors, half)
+
+
+def _added_up(vectors: FloatArray, half: FloatArray) -> FloatArray:
+    """Add frames to both sides together, from the middle outward: the same bits on every machine."""
+    reach = len(half) - 1
+    ends = _beyond(vectors[: reach + 1]), _beyond(vectors[: -reach - 2 : -1])[::-1]
+    out = np.empty_like(vectors)
+    # Some frames at once, which stay in the cache with all that is added up for them.
+    for start in range(0, len(vectors), _PASSED):
+        stop = min(start + _PASSED, len(vectors))
+        wide = vectors[max(0, start - reach) : stop + reach]
+        if start < reach:
+            wide = np.concatenate([ends[0][start:], wide])
+        if stop + reach > len(vectors):
+            wide = np.concatenate([wide, ends[1][: stop + reach - len(vectors)]])
+        n, here = stop - start, out[start:stop]
+        np.multiply(wide[reach : reach + n], half[0], out=here)
+        for away in range(1, reach + 1):
+            pair = wide[reach - away : reach - away + n] + wide[reach + away : reach + away + n]
+            pair *= half[away]
+            here += pair
+    return out
+
+
+def _beyond(rows: FloatArray) -> FloatArray:
+    """Continue rows, an end first, beyond it: reflected in its point, the farthest first."""
+    return np.asarray(2 * rows[0] - rows[:0:-1])
+
+
+def _convolved(vectors: FloatArray, half: FloatArray) -> FloatArray:
+    """Do the same, column by column: quicker where many frames are added up."""
+    reach, taps = len(half) - 1, np.concatenate([half[:0:-1], half])
     out = np.empty_like(vectors)
     # A few columns at once: neighbours share the lines of memory that they are read from, and long takes have no room
     # for copies of all.
@@ -247,17 +287,21 @@ def sample(vectors: FloatArray, rate: Fraction, input_times: ArrayLike) -> Float
     before, after, fraction = frame_positions(input_times, rate, len(vectors))
     out: FloatArray = vectors[before]
     between = np.flatnonzero(fraction)
-    if not len(between):
-        return out
+    # Some at once, which stay in the cache: what comes between needs no memory beside a long take.
+    for start in range(0, len(between), _READ):
+        some = between[start : start + _READ]
+        out[some] = _cubic(vectors, before[some], after[some], fraction[some][:, None])
+    return out
+
+
+def _cubic(vectors: FloatArray, b: IntArray, a: IntArray, t: FloatArray) -> FloatArray:
     last = len(vectors) - 1
-    b, a, t = before[between], after[between], fraction[between][:, None]
     p1, p2 = vectors[b], vectors[a]
     # Beyond the ends the nearest piece goes straight on.
     p0 = np.where((b > 0)[:, None], vectors[np.maximum(b - 1, 0)], 2 * p1 - p2)
     p3 = np.where((a < last)[:, None], vectors[np.minimum(a + 1, last)], 2 * p2 - p1)
     m1, m2 = (p2 - p0) / 2, (p3 - p1) / 2
-    out[between] = p1 + t * (m1 + t * (3 * (p2 - p1) - 2 * m1 - m2 + t * (m1 + m2 - 2 * (p2 - p1))))
-    return out
+    return np.asarray(p1 + t * (m1 + t * (3 * (p2 - p1) - 2 * m1 - m2 + t * (m1 + m2 - 2 * (p2 - p1)))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,8 +321,10 @@ class Track:
     vectors: FloatArray
     rate: Fraction
     missing: BoolArray | None = None
-    # The vectors low-passed at the last cutoff: a clip is read many times while its keytimes are dragged.
+    # The vectors low-passed at the last cutoff: a clip is read many times while its keytimes are dragged. And what was
+    # last read of them from end to end, which several stages ask for.
     _passed: dict[float, FloatArray] = field(default_factory=dict, init=False, repr=False)
+    _whole: dict[tuple[int, float, float], FloatArray] = field(default_factory=dict, init=False, repr=False)
 
     __repr__ = brief_repr
 
@@ -295,6 +341,16 @@ class Track:
             self._passed.clear()
             self._passed[cutoff] = passed
         return sample(passed, self.rate, times)
+
+    def at_rate(self, n_frames: int, rate: float, cutoff: float) -> FloatArray:
+        """Read so many frames at `rate` Hz, from the first one on; shape (n_frames, n_numbers), read-only."""
+        known = self._whole.get(key := (n_frames, rate, cutoff))
+        if known is None:
+            known = self.at(np.arange(n_frames) / rate, cutoff)
+            known.setflags(write=False)
+            self._whole.clear()
+            self._whole[key] = known
+        return known
 
     def missing_at(self, times: ArrayLike) -> BoolArray:
         """Tell at which times (n,), seconds, something is lost: on a frame of a gap, or beside one."""
