@@ -12,7 +12,13 @@ from retime import Warp, read_warp, write_warp
 
 def test_options_of_video_are_refused_without_video(run, clips, tmp_path) -> None:
     write_warp(Warp([0, 1], [0, 2]), tmp_path / "w.json")
-    for option in (("--shutter", "0.5"), ("--between", "flow"), ("--sound", "drop"), ("--output-rate", "25")):
+    for option in (
+        ("--shutter", "0.5"),
+        ("--between", "flow"),
+        ("--sound", "drop"),
+        ("--output-rate", "25"),
+        ("--no-deinterlace",),
+    ):
         result = run("apply", "w.json", clips.csv, "-o", "o.csv", *option, code=2)
         assert f"{option[0]} would have no effect" in result.stderr
 

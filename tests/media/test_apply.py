@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import wave
+from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -360,3 +363,96 @@ def test_encoders_that_are_none(tmp_path, name, given, message) -> None:
     with pytest.raises(OptionError, match=message):
         apply.retime_media(clip, tmp_path / name, Warp([0, 0.1], [0, 0.1]), options.MediaOptions(**given))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.mkv"]
+
+
+def _in_fields(path: Path, *, speed: int = 4) -> Path:
+    """Write a bar that moves to the right, a field at a time: even rows show it half a frame later."""
+
+    def field(time: int) -> np.ndarray:
+        grey = np.full((96, 160), 40, np.uint8)
+        grey[:, 10 + speed * time : 34 + speed * time] = 220
+        return grey
+
+    with av.open(str(path), "w") as output:
+        stream = output.add_stream("libx264", rate=25, options={"crf": "1", "x264-params": "bff=1"})
+        stream.width, stream.height, stream.pix_fmt = 160, 96, "yuv420p"
+        for number in range(12):
+            # x264 calls the lower field the first one, where a frame says nothing.
+            grey = field(2 * number)
+            grey[::2] = field(2 * number + 1)[::2]
+            frame = av.VideoFrame.from_ndarray(grey, format="gray").reformat(format="yuv420p")
+            frame.pts = number
+            output.mux(stream.encode(frame))
+        output.mux(stream.encode(None))
+    return path
+
+
+def _combs(frame) -> float:
+    """Say how much rows differ from those above and below, which a bar that stands upright never does."""
+    grey = frame.reformat(format="gray").to_ndarray().astype(float)
+    return float(np.abs(2 * grey[9:-9:2] - grey[8:-10:2] - grey[10:-8:2]).max())
+
+
+def test_whole_frames_are_made_of_fields(tmp_path) -> None:
+    clip = _in_fields(tmp_path / "a.mp4")
+    same = Warp([0, 11 / 25], [0, 11 / 25])
+    sharp = options.MediaOptions(codec="ffv1", frames="nearest")
+    with pytest.warns(RetimeWarning, match="whole frames were made of its fields"):
+        apply.retime_media(clip, tmp_path / "b.mkv", same, sharp)
+    with pytest.warns(RetimeWarning, match="look like combs"):
+        apply.retime_media(clip, tmp_path / "c.mkv", same, replace(sharp, deinterlace=False))
+    whole, kept = (list(av.open(str(tmp_path / name)).decode(video=0)) for name in ("b.mkv", "c.mkv"))
+    assert len(whole) == len(kept) == 12
+    assert max(map(_combs, whole)) < 60 < 200 < min(map(_combs, kept))
+    # What is shown is the first field, at its own moment; frames come in their order also backward.
+    assert [_left_of(frame) for frame in whole] == pytest.approx([10 + 8 * n for n in range(12)], abs=1)
+    with pytest.warns(RetimeWarning, match="fields"):
+        apply.retime_media(clip, tmp_path / "d.mkv", Warp([0, 11 / 25], [11 / 25, 0]), sharp)
+    back = [_left_of(frame) for frame in av.open(str(tmp_path / "d.mkv")).decode(video=0)]
+    assert back == pytest.approx([10 + 8 * n for n in range(11, -1, -1)], abs=1)
+
+
+def _left_of(frame) -> int:
+    """Return where the bar begins."""
+    return int(np.argmax(frame.reformat(format="gray").to_ndarray()[49] > 128))
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".mov"])
+def test_a_movie_begins_with_its_table_of_contents(tmp_path, suffix) -> None:
+    clip = clips.write_clip(tmp_path / "a.mkv", 40, codec="libx264", samples=clips.sound(1.3))
+    apply.retime_media(clip, tmp_path / f"b{suffix}", Warp([0, 2.6], [0, 1.3]))
+    data = (tmp_path / f"b{suffix}").read_bytes()
+    assert 0 < data.find(b"moov") < data.find(b"mdat")
+    numbers, times, _ = clips.read_frames(tmp_path / f"b{suffix}")
+    assert len(numbers) == 79
+    assert float(times[-1]) == pytest.approx(2.6)
+    samples, rate = clips.read_sound(tmp_path / f"b{suffix}")
+    assert samples.shape[1] / rate == pytest.approx(2.6, abs=0.1)
+
+
+def test_a_warp_is_found_from_animations(tmp_path) -> None:
+    from retime.media.features import video_signal
+
+    clip = clips.write_clip(tmp_path / "a.mkv", 20)
+    for suffix in (".gif", ".webp"):
+        apply.retime_media(clip, tmp_path / f"a{suffix}", Warp([0, 19 / 30], [0, 19 / 30]))
+        assert video_signal(tmp_path / f"a{suffix}").n_frames >= 19, suffix
+
+
+def test_channels_that_nobody_placed_are_placed_as_usual(tmp_path) -> None:
+    """A WAV of two channels, or of six, need not say where they are heard; MP4 must."""
+    for n_channels, layout in ((2, "stereo"), (6, "5.1")):
+        wav = tmp_path / f"{n_channels}.wav"
+        tone = 0.3 * np.sin(2 * np.pi * 440 * np.arange(48_000) / 48_000).astype(np.float32)
+        samples = np.round(32767 * np.stack([tone * (k + 1) / n_channels for k in range(n_channels)])).astype("<i2")
+        with wave.open(str(wav), "wb") as file:
+            file.setnchannels(n_channels)
+            file.setsampwidth(2)
+            file.setframerate(48_000)
+            file.writeframes(samples.T.tobytes())
+        apply.retime_media(wav, tmp_path / "a.mp4", Warp([0, 1], [0, 1]), overwrite=True)
+        with av.open(str(tmp_path / "a.mp4")) as container:
+            assert container.streams.audio[0].layout.name == layout
+        found, _ = clips.read_sound(tmp_path / "a.mp4")
+        sizes = np.abs(found[:, 10_000:20_000]).max(axis=1)
+        np.testing.assert_allclose(sizes, 0.3 * np.arange(1, n_channels + 1) / n_channels, atol=0.02)

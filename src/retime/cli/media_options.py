@@ -114,6 +114,15 @@ _OPTIONS = (
         default_text="keep-pitch",
         help="keep-pitch: stretched, at its own pitch. resample: higher where faster. drop: left out.",
     ),
+    click.option(
+        "--no-deinterlace",
+        cls=Option,
+        section=_SECTION,
+        is_flag=True,
+        default=None,
+        default_text="whole frames are made",
+        help="Take frames that are two fields (interlaced) as they are.",
+    ),
 )
 
 
@@ -129,6 +138,7 @@ class MediaChoices:
     quality: int | None
     pixel_format: str | None
     sound: str | None
+    no_deinterlace: bool | None
 
     def refuse_without_media(self) -> None:
         """Raise OptionError where one was given, and there is no video and no sound."""
@@ -151,6 +161,7 @@ class MediaChoices:
             "--channel": options.channels,
             "--animation": options.animation,
             "--up": options.up,
+            "--confidence": options.confidence,
         }
         useless = [name for name, value in read.items() if value]
         if useless:
@@ -164,6 +175,7 @@ class MediaChoices:
             "quality": self.quality,
             "pixel_format": self.pixel_format,
             "sound": self.sound,
+            "deinterlace": False if self.no_deinterlace else None,
             "fps": options.fps,
         }
         made = MediaOptions(**{name: value for name, value in chosen.items() if value is not None})  # type: ignore[arg-type]

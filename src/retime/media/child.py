@@ -44,16 +44,17 @@ def main() -> None:
     tell = _Teller(channel)
     try:
         _DOES[job["do"]](job, tell)
-    except (RetimeError, OSError, MemoryError) as error:
+    except BaseException as raised:
+        error = raised
         if type(error).__module__.startswith("av."):
             # What is damaged of the input is met where it is read; this is what an encoder or a container says.
             log = getattr(error, "log", None)
             said = log[2] if log else words_of(error)
             error = FormatError(f"it can't be written so: {said}", path=job.get("place"))
-        tell({"error": type(error).__name__, "text": words_of(error), "more": _more(error)})
-        channel.flush()
-        os._exit(FAILED)
-    except BaseException:
+        if isinstance(error, RetimeError | OSError | MemoryError):
+            tell({"error": type(error).__name__, "text": words_of(error), "more": _more(error)})
+            channel.flush()
+            os._exit(FAILED)
         # Not waiting for threads, as an ending by itself would.
         traceback.print_exc()
         sys.stderr.flush()

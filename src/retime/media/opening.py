@@ -7,7 +7,7 @@ import threading
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Protocol
 
 import numpy as np
 
@@ -44,10 +44,19 @@ class SharedFile:
         return FileView(self)
 
 
+class _Bytes(Protocol):
+    """Bytes that are read at any place."""
+
+    size: int
+
+    def read(self, start: int, count: int) -> bytes:
+        """Read bytes at a place."""
+
+
 class FileView:
     """What PyAV needs of a file: read, seek, tell."""
 
-    def __init__(self, shared: SharedFile) -> None:
+    def __init__(self, shared: _Bytes) -> None:
         self._shared = shared
         self._place = 0
 

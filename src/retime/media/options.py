@@ -43,6 +43,8 @@ class MediaOptions:
         FFmpeg's name of it.
     sound : {"keep-pitch", "resample", "drop"}
         Whether sound keeps its pitch, or goes up and down with the speed, or is left out.
+    deinterlace : bool
+        Make whole frames of those that are two fields, half a frame's time apart.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class MediaOptions:
     quality: int | None = None
     pixel_format: str | None = None
     sound: Sound = "keep-pitch"
+    deinterlace: bool = True
 
     def __post_init__(self) -> None:
         for name, kind in (("frames", FrameMode), ("sound", Sound)):

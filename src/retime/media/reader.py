@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bisect
 import itertools
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from io import BytesIO
@@ -80,10 +80,30 @@ class VideoReader:
         In place of what the file says.
     beat : function
         Called whenever something was decoded.
+    whole : bool
+        Make whole frames of those that are two fields, half a frame's time apart (interlaced).
+
+    Attributes
+    ----------
+    in_fields : bool
+        Whether a frame was met that is two fields.
+    missing : set of int
+        Frames that can't be decoded.
     """
 
-    def __init__(self, shared: SharedFile, path: Path, index: int, rate: Fraction | None, beat: Beat) -> None:
+    def __init__(
+        self,
+        shared: SharedFile,
+        path: Path,
+        index: int,
+        rate: Fraction | None,
+        beat: Beat,
+        *,
+        whole: bool = False,
+    ) -> None:
         self._shared, self._path, self._index, self._beat = shared, path, index, beat
+        self._whole = whole
+        self.in_fields = False
         with open_media(shared, path) as container:
             stream = container.streams[index]
             context = stream.codec_context
@@ -153,7 +173,7 @@ class VideoReader:
             except av.FFmpegError:
                 # It can't be sought in: begin again.
                 self._reopen()
-        self._frames, self._place = self._decoded(), -1
+        self._frames, self._place = self._made_whole() if self._whole else self._decoded(), -1
 
     def _reopen(self) -> None:
         self.close()
@@ -185,7 +205,24 @@ class VideoReader:
                 else:
                     number = int(np.searchsorted(self._stamps, picture.pts, side="right")) - 1
                 if 0 <= number < len(self._stamps):
+                    self.in_fields |= bool(picture.interlaced_frame)
                     yield number, picture
+
+    def _made_whole(self) -> Iterator[tuple[int, Any]]:
+        """Decode on, and make whole frames of those that are two fields: the first stays, what is between is made."""
+        fields: _Fields | None = None
+        for number, picture in self._decoded():
+            if picture.interlaced_frame:
+                if fields is None:
+                    fields = _Fields(picture)
+                yield from fields.take(number, picture)
+            else:
+                if fields is not None:
+                    yield from fields.rest()
+                    fields = None
+                yield number, picture
+        if fields is not None:
+            yield from fields.rest()
 
     def _read_to(self, frame: int) -> None:
         """Decode until a frame is there; where it never comes, the nearest before it stands for it."""
@@ -207,6 +244,46 @@ class VideoReader:
             before = self._kept.get(near)
         self._place = max(self._place, frame)
         self._kept.put(frame, before)
+
+
+class _Fields:
+    """FFmpeg's filter bwdif, which looks a frame ahead and gives a frame for each."""
+
+    def __init__(self, picture: Any) -> None:
+        av = needed("av")
+        self._again: tuple[type[BaseException], ...] = (av.BlockingIOError, av.EOFError)
+        self._numbers: deque[int] = deque()
+        self._graph = av.filter.Graph()
+        source = self._graph.add_buffer(
+            width=picture.width, height=picture.height, format=picture.format, time_base=Fraction(1, 1000)
+        )
+        whole = self._graph.add("bwdif", "mode=send_frame:parity=auto:deint=all")
+        # In the format that it came in, whichever the filter takes.
+        kept = self._graph.add("format", f"pix_fmts={picture.format.name}")
+        self._graph.link_nodes(source, whole, kept, self._graph.add("buffersink")).configure()
+        self._count = 0
+
+    def take(self, number: int, picture: Any) -> Iterator[tuple[int, Any]]:
+        """Take a frame; those that are done by now, with their numbers."""
+        self._numbers.append(number)
+        # Stamps of its own: a damaged file's may go back.
+        self._count += 1
+        picture.pts, picture.time_base = self._count, Fraction(1, 1000)
+        self._graph.push(picture)
+        yield from self._done()
+
+    def rest(self) -> Iterator[tuple[int, Any]]:
+        """Return the last frames."""
+        self._graph.push(None)
+        yield from self._done()
+
+    def _done(self) -> Iterator[tuple[int, Any]]:
+        while self._numbers:
+            try:
+                made = self._graph.pull()
+            except self._again:
+                return
+            yield self._numbers.popleft(), made
 
 
 class PictureReader:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -18,6 +19,19 @@ from retime.media.sound import Samples
 _MOST_BYTES = 64 << 30
 # Stamps are rounded to their clocks; a jump of more seconds than this is a gap.
 _JUMP = 0.03
+
+
+def _layout_of(stream: Any) -> str:
+    """Name where a stream's channels are heard; where the file doesn't say, as is usual for so many.
+
+    Examples of the names are "mono", "stereo" and "5.1"; more channels than anybody places are just counted.
+    """
+    av = needed("av")
+    name = str(stream.layout.name)
+    if name == f"{stream.layout.nb_channels} channels":
+        with contextlib.suppress(ValueError):
+            return str(av.AudioLayout(f"{stream.layout.nb_channels}c").name)
+    return name
 
 
 class SoundReader:
@@ -55,7 +69,7 @@ class SoundReader:
             if stream.codec_context is None:
                 raise FormatError(f"stream {index} is in a format that nothing here can decode", path=path)
             self.rate = int(stream.rate)
-            self.layout: str = stream.layout.name
+            self.layout = _layout_of(stream)
             self.n_channels: int = stream.layout.nb_channels
             if not (1 <= self.n_channels <= 64 and 1000 <= self.rate <= 768_000):
                 raise FormatError(

@@ -103,7 +103,7 @@ def first_frames(path: Path, source: BinaryIO | None, fps: Fraction | None, beat
         pictures = streams_of(container).pictures
     if not pictures:
         raise FormatError("no video: a warp is found from what a video shows", path=path)
-    return VideoReader(shared, path, pictures[0], fps, beat)
+    return VideoReader(shared, path, pictures[0], fps, beat, whole=True)
 
 
 def _webp_frames(shared: SharedFile, path: Path, fps: Fraction | None) -> ListReader:

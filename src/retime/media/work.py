@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import queue
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -24,7 +25,7 @@ from retime.media.encoding import (
 from retime.media.extras import needed
 from retime.media.kinds import find_sequence, is_sequence, is_sound, numbered
 from retime.media.mixing import average, between, copy_colours, working_format
-from retime.media.opening import SharedFile, open_media
+from retime.media.opening import FileView, SharedFile, open_media
 from retime.media.options import MediaOptions
 from retime.media.pieces import spans_shown
 from retime.media.reader import FrameReader, VideoReader
@@ -180,7 +181,7 @@ def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, spools: lis
             raise FormatError("no video and no sound", path=job.path)
         tracks = []
         for index in pictures:
-            reader = VideoReader(shared, job.path, index, job.options.fps, report.beat)
+            reader = VideoReader(shared, job.path, index, job.options.fps, report.beat, whole=job.options.deinterlace)
             length = len(reader.times.stamps) / float(reader.times.rate)
             tracks.append(_Picture(container.streams[index], reader, reader.scanned.n_bytes / length))
         origin = None
@@ -264,7 +265,8 @@ def _write(
     if only_sound and not sounds:
         raise OptionError(f"{place} holds sound, and there is none to write")
     name = CONTAINERS[place.suffix.lower()]
-    with av.open(target, "w", format=name, options=_container_options(name)) as output:
+    again = _OutputAgain(target)
+    with av.open(target, "w", format=name, options=_container_options(name), io_open=lambda *_: again.view()) as output:
         if container is not None:
             output.metadata.update({key: value for key, value in container.metadata.items() if key in _KEPT_METADATA})
         tracks: list[_Track] = []
@@ -290,6 +292,14 @@ def _write(
             _copy(job, output, shared, texts, origin or Fraction(0))
         _run(tracks, output, report)
     for picture in pictures:
+        if getattr(picture.reader, "in_fields", False):
+            report.warn(
+                f"{job.path}: interlaced; whole frames were made of its fields (--no-deinterlace takes its frames as "
+                "they are)"
+                if job.options.deinterlace
+                else f"{job.path}: interlaced, and its frames were taken as they are: moving edges look like combs "
+                "wherever the speed changes"
+            )
         missing = getattr(picture.reader, "missing", ())
         if missing:
             report.warn(
@@ -317,7 +327,32 @@ def _compare_ranges(job: Job, frames: FrameReader | None, sound: SoundReader | N
 _KEPT_METADATA = {"title", "artist", "album", "comment", "date", "creation_time", "copyright", "description", "genre"}
 
 
+class _OutputAgain:
+    """The output, which MP4 and MOV read again to lay their table of contents before it, so that it plays at once."""
+
+    def __init__(self, target: BinaryIO) -> None:
+        self._target = target
+        self.size = 0
+
+    def read(self, start: int, count: int) -> bytes:
+        """Read bytes at a place; the place at which the output is written stays."""
+        place = self._target.tell()
+        self._target.seek(start)
+        data = self._target.read(count)
+        self._target.seek(place)
+        return data
+
+    def view(self) -> FileView:
+        """Return a reader of what there is by now."""
+        place = self._target.tell()
+        self.size = self._target.seek(0, io.SEEK_END)
+        self._target.seek(place)
+        return FileView(self)
+
+
 def _container_options(name: str) -> dict[str, str]:
+    if name in ("mp4", "mov", "ipod", "3gp"):
+        return {"movflags": "+faststart"}
     if name in ("gif", "webp", "apng"):
         return {"loop": "0"} if name != "apng" else {"plays": "0"}
     return {}
