@@ -64,6 +64,18 @@ def test_mutants_of_parquet_are_read_or_refused() -> None:
     ended_well(run(files.trial_of("parquet"), range(10), processor=True), "FormatError", ".parquet is read")
 
 
+@pytest.mark.extras
+@pytest.mark.skipif(
+    any(find_spec(package) is None for package in ("av", "cv2", "python_stretch")), reason="needs the extra 'video'"
+)
+def test_mutants_of_media_are_retimed_or_refused() -> None:
+    from tests.fuzz import media_files
+
+    tally = run(media_files.trial, range(1, 16), most_seconds=media_files.MOST_SECONDS)
+    ended_well(tally, "FormatError")
+    assert any(end.endswith(("is retimed", "is described", "is looked at")) for end in tally.ends)
+
+
 def test_random_documents_are_solved_or_refused() -> None:
     ended_well(run(documents.trial, range(45)), "FormatError", "guided is solved")
 
