@@ -251,6 +251,26 @@ def test_numbered_pictures_in_and_out(tmp_path) -> None:
     assert not list(tmp_path.glob(".retime*"))
 
 
+@pytest.mark.parametrize("form", [None, "yuv420p"])
+@pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".webm"])
+def test_pictures_keep_their_colours_in_a_video(tmp_path, suffix, form) -> None:
+    colours = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (200, 120, 40)], np.uint8)
+    picture = np.repeat(np.tile(colours, (64, 1, 1)), 24, axis=1)
+    for number in range(6):
+        context = av.CodecContext.create("png", "w")
+        context.width, context.height, context.pix_fmt, context.time_base = 96, 64, "rgb24", Fraction(1, 25)
+        frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+        data = b"".join(bytes(packet) for packet in (*context.encode(frame), *context.encode(None)))
+        (tmp_path / f"take.{number}.png").write_bytes(data)
+    clip = options.MediaOptions(frames="nearest", fps=Fraction(25), pixel_format=form)
+    apply.retime_media(tmp_path / "take.%d.png", tmp_path / f"o{suffix}", Warp([0, 0.2], [0, 0.2]), clip)
+    _, _, frames = clips.read_frames(tmp_path / f"o{suffix}")
+    assert len(frames) == 6
+    for frame in frames:
+        found = frame.to_ndarray(format="rgb24")[32, 12::24]
+        np.testing.assert_allclose(found.astype(int), colours.astype(int), atol=12)
+
+
 @pytest.mark.parametrize("suffix", [".gif", ".webp", ".apng"])
 def test_animations_in_and_out(tmp_path, suffix) -> None:
     clip = clips.write_clip(tmp_path / "a.mkv", 31, rate=Fraction(25), samples=clips.sound(1.2))

@@ -272,6 +272,9 @@ def copy_looks(
         setattr(made, name, int(said))
     if made.pix_fmt in ("rgb24", "rgba", "bgra", "bgr0", "rgb48le", "gbrp", "gbrap"):
         made.colorspace = 0
+    elif made.colorspace == 0:
+        # Pictures of red, green and blue, made luma and chroma: by the matrix that is used where none is said (BT.601).
+        made.colorspace = 6
     if context is not None and context.sample_aspect_ratio:
         made.sample_aspect_ratio = context.sample_aspect_ratio
     if source is not None:
