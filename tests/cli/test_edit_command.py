@@ -10,6 +10,7 @@ import re
 import shlex
 import signal
 import subprocess
+import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -105,11 +106,36 @@ def test_a_project_whose_files_lie_elsewhere_says_what_to_type(clips, tmp_path) 
 
 
 @needs_page
+def test_media_and_beats_stand_in_the_document(clips, run, tmp_path) -> None:
+    (tmp_path / "take.wav").write_bytes(b"RIFF\x04\0\0\0WAVE")
+    (tmp_path / "beats.csv").write_text("0.5\n")
+    (tmp_path / "list.mp4").write_text("#EXTM3U\n")
+    beside = ("--media", tmp_path / "take.wav", "--media-offset", "-12f", "--beats", tmp_path / "beats.csv")
+    with edited(clips.bvh, *beside, folder=tmp_path) as (process, address):
+        opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        opener.open(address).close()
+        with opener.open(f"{address.partition('?')[0]}media") as answer:
+            assert answer.read() == (tmp_path / "take.wav").read_bytes()
+        with opener.open(f"{address.partition('?')[0]}beats") as answer:
+            assert json.load(answer)["times"] == [0.5]
+        (journal,) = (tmp_path / "state" / "journals").glob("*.journal")
+        said = json.loads(journal.read_text().splitlines()[0].partition(" ")[2])
+        assert ended(process, address) == ("", "")
+    assert said["start"]["media"] == {"path": str(tmp_path / "take.wav"), "offset": "-12f", "clock": "input"}
+    refused = run("edit", clips.bvh, "--media", tmp_path / "list.mp4", "--no-browser", code=1)
+    assert "a playlist" in refused.stderr
+
+
+@needs_page
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
         ([], "name a clip to edit, or a project"),
         (["--reference", "x.bvh", "--project", "p.retime"], "--reference needs a clip"),
+        (["--media", "take.mp4", "--project", "p.retime"], "--media needs a clip"),
+        (["--beats", "song.csv", "--project", "p.retime"], "--beats needs a clip"),
+        (["x.bvh", "--media-offset", "1s"], "--media-offset needs --media"),
+        (["x.bvh", "--media", "take.mp4", "--media-offset", "soon"], "expected a time such as"),
         (["--project", "p.txt"], "a project's name ends in .retime"),
         (["x.bvh", "--project", "there.retime"], "is there already, with clips of its own"),
     ],

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from retime.project.document import (
+    BeatsFile,
     ClipFile,
     CounterpartFile,
     Document,
@@ -17,6 +18,7 @@ from retime.project.document import (
     KeptWarp,
     Key,
     LockedTime,
+    MediaFile,
     ReferenceFile,
 )
 from retime.project.file import warp_id
@@ -53,6 +55,8 @@ def document_of(folder: Path) -> Document:
         average=False,
         options={"length": "65%", "influence": 0.5, "score": "conditional", "speed": "1/4..4", "max_skip": 9},
         kept=(KeptWarp(warp_id(WARP), "first try"),),
+        media=MediaFile(str(folder / "footage" / "take.mp4"), "-12f", "output"),
+        beats=BeatsFile(str(folder / "beats.csv"), "onsets"),
     )
 
 

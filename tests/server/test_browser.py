@@ -10,13 +10,18 @@ import os
 import shutil
 import subprocess
 import sys
+import wave
 from fractions import Fraction
+from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import retime
+from retime.media.beats import read_beats
+from retime.project.document import BeatsFile, MediaFile
 from retime.project.file import read_project
 from retime.search.options import OPTIONS
 from tests.cli.figures import figure
@@ -234,3 +239,69 @@ def test_flights_are_put_right_a_reference_is_kept_step_with_and_an_example_carr
         expected = retime.imitate(clip, (120, 205), hand, keys=keys[1:]).warp
     np.testing.assert_allclose(warp.input_times, expected.input_times, atol=1e-9)
     assert len(list(Path(rooms["shots"]).glob("*_dark.png"))) >= 4
+
+
+def _make_media(folder: Path, *, picture: bool) -> dict[str, object]:
+    """Make a clip, 4 s of media that click each half second, beats, and files that are no media."""
+    retime.write(retime.sample().frames(0, 241), folder / "walk.bvh")
+    rate, name = 48_000, "take.wav"
+    samples = np.zeros(4 * rate)
+    click = 0.9 * np.sin(2 * np.pi * 1000 * np.arange(1200) / rate) * np.exp(-np.arange(1200) / 300)
+    for start in np.arange(0.25, 4, 0.5):
+        samples[round(start * rate) :][: len(click)] += click
+    if picture:
+        from tests.media.clips import write_clip
+
+        name = "take.webm"
+        write_clip(
+            folder / name,
+            120,
+            codec="libvpx-vp9",
+            sound_codec="libopus",
+            samples=np.tile(samples, (2, 1)).astype(np.float32),
+            size=(320, 192),
+        )
+    else:
+        with wave.open(str(folder / name), "wb") as file:
+            file.setnchannels(1)
+            file.setsampwidth(2)
+            file.setframerate(rate)
+            file.writeframes((32_000 * samples).astype("<i2").tobytes())
+    (folder / "beats.csv").write_text("time,strength\n0.303,1\n0.803,0.4\n1.303,1\n1.803,0.4\n2.303,1\n")
+    (folder / "list.mp4").write_text("#EXTM3U\nsecret.mp4\n")
+    (folder / "nothing.wav").write_bytes(b"RIFF\x04\0\0\0WAVE")
+    return {"clip": "walk.bvh", "media": name, "beats": "beats.csv", "picture": picture}
+
+
+def test_a_sound_goes_with_the_warp_and_keytimes_land_on_beats(rooms):
+    if find_spec("av") is not None:
+        pytest.skip("tests/server/test_browser.py has another test for where the extra video is installed")
+    made = _make_media(Path(rooms["folder"]), picture=False)
+    found = drive("media.mjs", 240, extras=False, **made, **rooms)
+    document = read_project(str(found["project"])).document
+    assert document.media == MediaFile(str(Path(rooms["folder"]) / "take.wav"), "0.25", "output")
+    assert document.beats == BeatsFile(None, "onsets")
+
+
+@pytest.mark.extras
+def test_a_video_goes_with_the_warp_and_the_stage_is_filmed_frame_by_frame(rooms):
+    av = pytest.importorskip("av", reason="needs PyAV (make extras)")
+    pytest.importorskip("librosa", reason="needs librosa (make extras)")
+    made = _make_media(Path(rooms["folder"]), picture=True)
+    found = drive("media.mjs", 300, extras=True, **made, **rooms)
+    # What the page says of the sound is what the command line hears in it.
+    onsets = read_beats(Path(rooms["folder"]) / "take.webm", on="onsets")
+    assert found["heard"] == f"{len(onsets)} beats found"
+    # Of each moment the frame that is on then.
+    for number, time in found["frames"]:
+        assert number == int(time * 30)
+    with av.open(found["film"]) as film:
+        shown = [frame.to_ndarray(format="gray") for frame in film.decode(video=0)]
+        assert film.streams.video[0].average_rate == 12
+    document = read_project(str(found["project"])).document
+    assert len(shown) == int((0.6 * 241 - 1) / 60 * 12 + 1e-6) + 1
+    assert {picture.shape for picture in shown} == {(360, 640)}
+    # It moves, on both sides.
+    for half in (slice(0, 320), slice(320, 640)):
+        assert all(np.abs(a[:, half].astype(int) - b[:, half]).max() > 40 for a, b in pairwise(shown))
+    assert document.media == MediaFile(str(Path(rooms["folder"]) / "take.webm"), "0.25", "output")

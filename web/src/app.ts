@@ -4,6 +4,11 @@ import { Connection } from "./connection";
 import { make } from "./dom";
 import { Frames } from "./frames";
 import { tellFrame, tellLatency } from "./latency";
+import { setMedia } from "./media/edits";
+import { isMedia } from "./media/endings";
+import { FilmDialog } from "./media/film_dialog";
+import { MediaLoader } from "./media/loader";
+import { MediaPanel } from "./media/panel";
 import { Dialogs } from "./panels/dialogs/dialogs";
 import { Inspector } from "./panels/inspector";
 import { StageBar } from "./panels/stage_bar";
@@ -47,7 +52,7 @@ export class App {
   private readonly stage: Stage;
   private readonly timeline: Timeline;
   /** What follows the timeline and the stage when there is time. */
-  private readonly panels: readonly { update(changed: Set<Topic>): void }[];
+  private readonly panels: { update(changed: Set<Topic>): void }[];
   private readonly dialogs: Dialogs;
   private readonly clipboard: Clipboard;
   private readonly shortcuts: readonly Shortcut[];
@@ -74,23 +79,33 @@ export class App {
     this.theme.listen(() => this.store.recolored());
     this.connection = this.makeConnection();
     const send = options.upload
-      ? fileSender(options.upload, this.connection, (kind, text) => this.notices.say(kind, text))
+      ? fileSender(
+          options.upload,
+          (kind, text) => this.notices.say(kind, text),
+          (path) => this.openFile(path),
+        )
       : null;
     this.dialogs = new Dialogs(root, this.store, this.connection, send);
     this.timeline = new Timeline(this.store, this.connection, this.theme, (time) => this.player.scrub(time));
     this.progress = new ProgressBar(this.store, () => this.connection.stop());
     this.timeline.root.append(this.progress.root);
     this.stage = new Stage(this.stageRoot, this.store, this.theme);
+    const media = new MediaPanel(this.store);
     const stageBar = new StageBar(this.store, this.stageRoot, () => this.stage.frame());
     const transport = this.makeTransport();
     const top = this.makeTopBar();
     const why = new WhyPanel(this.store);
     const inspector = new Inspector(this.store, this.connection, this.dialogs);
     inspector.root.prepend(this.hint.root);
-    this.panels = [transport, top, stageBar, inspector, why];
+    this.panels = [transport, top, stageBar, inspector, why, media];
     this.clipboard = new Clipboard(this.store, this.connection, this.player, (kind, text) =>
       this.notices.say(kind, text),
     );
+    // What is not sent to the server by HTTP is not fetched from it either.
+    if (options.upload) {
+      this.panels.push(new MediaLoader(this.store, (address) => media.show(address)));
+      this.dialogs.addFilm(new FilmDialog(this.store, this.stage, this.theme));
+    }
     this.shortcuts = shortcutTable(this.store, this.connection, this.player, this.timeline, this.dialogs, {
       save: () => this.save(),
       help: () => this.help(),
@@ -107,7 +122,7 @@ export class App {
         "main",
         { class: "work" },
         make("div", { class: "unseen" }, make("h1", {}, "retime editor")),
-        this.stageRoot,
+        make("div", { class: "besides" }, this.stageRoot, media.root),
         transport.root,
         makeSplitter(root, this.timeline.root, () => this.store.resized()),
         this.timeline.root,
@@ -239,6 +254,13 @@ export class App {
     this.player.rewind();
     store.look({ companion: "input", showB: false, clip: 0, reference: 0 });
     this.timeline.fit();
+  }
+
+  /** Open a clip or a project; a video or a sound is put beside the one that is open. */
+  private openFile(path: string): void {
+    const { document } = this.store;
+    if (document && isMedia(path)) this.connection.edit(setMedia(document, { path }), "choose media");
+    else this.connection.open(path);
   }
 
   private save(): void {

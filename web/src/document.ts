@@ -63,7 +63,7 @@ export interface Room {
 
 /**
  * Where a key lands that is dragged to a place: on whole frames if so wished, inside the input, and in output time at
- * least a frame from its neighbours and the ends.
+ * least a frame from its neighbours and the ends. What is `exact` was snapped to something else than frames.
  */
 export function keyPlace(
   document: Document,
@@ -71,18 +71,21 @@ export function keyPlace(
   wanted: { inputTime: number; outputTime: number },
   room: Room,
   snap: boolean,
+  exact: { readonly inputTime?: number; readonly outputTime?: number } = {},
 ): { input_time: number; output_time: number } {
   const others = document.keys.filter((key) => key.id !== id).map((key) => key.output_time);
   const own = findKey(document, id)?.output_time ?? wanted.outputTime;
   const frame = 1 / room.rate;
   const before = Math.max(0, ...others.filter((time) => time < own));
   const after = Math.min(room.outputEnd, ...others.filter((time) => time > own));
-  const place = (time: number): number => (snap ? snapped(time, room.rate) : time);
+  const place = (time: number, isExact: boolean): number => (snap && !isExact ? snapped(time, room.rate) : time);
   // Neighbours less than two frames apart leave no room: the key goes midway between them.
   const low = before + frame;
   const high = after - frame;
-  const outputTime = low <= high ? clamp(place(wanted.outputTime), low, high) : (before + after) / 2;
-  return { input_time: clamp(place(wanted.inputTime), 0, room.inputEnd), output_time: outputTime };
+  const outputTime =
+    low <= high ? clamp(place(wanted.outputTime, exact.outputTime !== undefined), low, high) : (before + after) / 2;
+  const inputTime = place(wanted.inputTime, exact.inputTime !== undefined);
+  return { input_time: clamp(inputTime, 0, room.inputEnd), output_time: outputTime };
 }
 
 /** Add a span that may not be cut: slowed down at most. */

@@ -148,6 +148,19 @@ export interface KeptWarp {
   readonly name: string;
 }
 
+/** A video or a sound, shown and heard beside the stage; it has no part in the search. */
+export interface MediaFile {
+  readonly path: string;
+  readonly offset: string | null;
+  readonly clock: "input" | "output";
+}
+
+/** Moments to put keytimes on. */
+export interface BeatsFile {
+  readonly path: string | null;
+  readonly on: "beats" | "onsets";
+}
+
 /** All that undo brings back. */
 export interface Document {
   readonly clips: readonly ClipFile[];
@@ -161,6 +174,8 @@ export interface Document {
   readonly average: boolean;
   readonly options: Options;
   readonly kept: readonly KeptWarp[];
+  readonly media: MediaFile | null;
+  readonly beats: BeatsFile | null;
 }
 
 // From the page to the server.
@@ -243,7 +258,7 @@ export interface Stop {
 export interface Browse {
   readonly type: "browse";
   readonly folder: string | null;
-  readonly holds: "clip" | "skeleton" | "joint map";
+  readonly holds: "clip" | "skeleton" | "joint map" | "media" | "beats";
 }
 
 /** Ask whether a file may be used, before anything is done with it. */

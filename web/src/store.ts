@@ -2,6 +2,7 @@
 
 import { throughKeys } from "./document";
 import { type Flight, flightsOf } from "./flights";
+import { type Beside, NOTHING_BESIDE } from "./media/beside";
 import type { Clip, Curve, Document, Problem, Progress, State, Why } from "./messages";
 import { type PlaybackState, STILL } from "./playback";
 import { PLAIN_VIEW, recallView, rememberView, type ViewSettings } from "./view_settings";
@@ -19,7 +20,8 @@ export type Topic =
   | "view"
   | "status"
   | "theme"
-  | "size";
+  | "size"
+  | "beside";
 
 export type Selection =
   | { readonly kind: "key"; readonly id: string }
@@ -51,6 +53,8 @@ interface Shown {
   readonly view: ViewSettings;
   /** Whether a drag is going on: views stand still while it is. */
   readonly dragging: boolean;
+  /** What was found of the video or sound beside the stage, and of beats. */
+  readonly beside: Beside;
 }
 
 const NOTHING: Shown = {
@@ -70,6 +74,7 @@ const NOTHING: Shown = {
   hover: null,
   view: PLAIN_VIEW,
   dragging: false,
+  beside: NOTHING_BESIDE,
 };
 
 const NO_FLIGHTS: readonly Flight[] = [];
@@ -162,6 +167,10 @@ export class Store {
 
   get dragging(): Shown["dragging"] {
     return this.shown.dragging;
+  }
+
+  get beside(): Shown["beside"] {
+    return this.shown.beside;
   }
 
   get clip(): Clip | null {
@@ -283,6 +292,11 @@ export class Store {
   clear(): void {
     const { clips, references, curve, why, problem, progress } = NOTHING;
     this.set({ clips, references, curve, why, problem, progress }, "clips", "curve", "why", "status");
+  }
+
+  /** Something was found of the video or sound beside the stage, or of beats. */
+  setBeside(change: Partial<Beside>): void {
+    this.set({ beside: { ...this.shown.beside, ...change } }, "beside");
   }
 
   // What a person does.

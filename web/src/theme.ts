@@ -24,6 +24,8 @@ const NAMES = [
   "key",
   "playhead",
   "stage-line",
+  "stage-top",
+  "stage-bottom",
   "figure-input",
   "figure-output",
   "figure-2",

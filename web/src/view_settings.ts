@@ -17,6 +17,10 @@ export interface ViewSettings {
   readonly snap: boolean;
   /** What follows a keytime that is moved is moved along. */
   readonly ripple: boolean;
+  /** Keytimes that are dragged near a beat land on it. */
+  readonly snapBeats: boolean;
+  /** The sound beside the stage is heard while it plays. */
+  readonly heard: boolean;
   /** Which clip of a group the camera follows, or which signal is drawn. */
   readonly clip: number;
   /** Which reference is looked at. */
@@ -33,6 +37,8 @@ export const PLAIN_VIEW: ViewSettings = {
   onion: false,
   snap: true,
   ripple: false,
+  snapBeats: true,
+  heard: true,
   clip: 0,
   reference: 0,
 };
@@ -51,6 +57,7 @@ export function recallView(): ViewSettings {
 }
 
 /** Remember how it is looked at; what belongs to one document alone is not for the next. */
-export function rememberView({ layout, follow, ground, trails, onion, snap }: ViewSettings): void {
-  remember(STORED, JSON.stringify({ layout, follow, ground, trails, onion, snap }));
+export function rememberView(view: ViewSettings): void {
+  const { layout, follow, ground, trails, onion, snap, snapBeats, heard } = view;
+  remember(STORED, JSON.stringify({ layout, follow, ground, trails, onion, snap, snapBeats, heard }));
 }

@@ -28,4 +28,6 @@ export const EMPTY: Document = {
   average: true,
   options: {},
   kept: [],
+  media: null,
+  beats: null,
 };

@@ -5,15 +5,17 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
 
-from retime.cli.clip_options import PATH
+from retime.cli.clip_options import PATH, parsed
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.terminal import say
 from retime.errors import MissingExtraError, MissingPageError, OptionError, RetimeWarning
+from retime.motion.grammar import read_time
 
 if TYPE_CHECKING:
     from retime.project.allowed_places import AllowedPlaces
@@ -22,8 +24,15 @@ _EXAMPLES = (
     "\b\nExamples\n"
     "  retime edit walk.bvh\n"
     "  retime edit walk.bvh camera.csv --reference limp.bvh --project limping.retime\n"
+    "  retime edit dance.bvh --media take.mp4 --media-offset 0.5s --beats song.wav\n"
     "  retime edit --project limping.retime"
 )
+
+
+def _offset(text: str) -> str:
+    """Check a time; it is kept as it was typed, for the clip's rate is not known yet."""
+    read_time(text.removeprefix("+"))
+    return text
 
 
 @click.command("edit", cls=SectionedCommand, short_help="Edit the timing of a clip in your browser.", epilog=_EXAMPLES)
@@ -47,6 +56,31 @@ _EXAMPLES = (
     type=click.Choice(["y", "z"]),
     default_text="as the format says",
     help="The axis that is up in the files.",
+)
+@click.option(
+    "--media",
+    cls=Option,
+    section="Input",
+    metavar="FILE",
+    type=PATH,
+    help="Show this video, or play this sound, beside the stage: the take that the motion was captured with.",
+)
+@click.option(
+    "--media-offset",
+    cls=Option,
+    section="Input",
+    metavar="TIME",
+    callback=parsed(_offset),
+    default_text="0",
+    help="When it begins, counted from the first frame of the clip: 0.5s, -12f.",
+)
+@click.option(
+    "--beats",
+    cls=Option,
+    section="Input",
+    metavar="FILE",
+    type=PATH,
+    help="Snap keytimes to these moments of the output: a table of times, or the beats of sound.",
 )
 @click.option(
     "--project",
@@ -83,6 +117,9 @@ def command(
     clips: tuple[Path, ...],
     references: tuple[Path, ...],
     up: Literal["y", "z"] | None,
+    media: Path | None,
+    media_offset: str | None,
+    beats: Path | None,
     project: Path | None,
     folders: tuple[Path, ...],
     port: int,
@@ -95,8 +132,11 @@ def command(
     """
     if not clips and project is None:
         raise OptionError("name a clip to edit, or a project: --project FILE.retime")
-    if not clips and references:
-        raise OptionError("--reference needs a clip")
+    for option, value in (("--reference", references), ("--media", media), ("--beats", beats)):
+        if not clips and value:
+            raise OptionError(f"{option} needs a clip")
+    if media is None and media_offset is not None:
+        raise OptionError("--media-offset needs --media")
     for package in ("starlette", "uvicorn", "websockets"):
         if importlib.util.find_spec(package) is None:
             raise MissingExtraError("the editor", package=package, extra="edit")
@@ -104,17 +144,25 @@ def command(
 
     if not (PAGE / "index.html").is_file():
         raise MissingPageError(no_page())
+    from retime.files import resolved
+    from retime.media.process import check_media
     from retime.project.allowed_places import AllowedPlaces
+    from retime.project.document import BeatsFile, MediaFile
     from retime.project.file import files_of
     from retime.project.workspace import new_document, open_document, open_project, state_folder
     from retime.server.app import Editor, EditorServer
 
-    named = [*clips, *references, *([] if project is None else [project])]
-    again = _command(clips, references, up, project, folders)
+    named = [*clips, *references, *(path for path in (media, beats, project) if path is not None)]
+    again = _command(clips, references, up, media, media_offset, beats, project, folders)
     places = AllowedPlaces([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named, command=again)
     document = None
     if clips:
         document = new_document([str(clip) for clip in clips], [str(path) for path in references], up=up)
+        if media is not None:
+            check_media(media)
+            document = replace(document, media=MediaFile(str(resolved(media)), media_offset))
+        if beats is not None:
+            document = replace(document, beats=BeatsFile(str(resolved(beats))))
     if project is not None:
         if document is not None and project.exists():
             raise OptionError(f"{project} is there already, with clips of its own: open it without naming others")
@@ -141,6 +189,9 @@ def _command(
     clips: tuple[Path, ...],
     references: tuple[Path, ...],
     up: str | None,
+    media: Path | None,
+    media_offset: str | None,
+    beats: Path | None,
     project: Path | None,
     folders: tuple[Path, ...],
 ) -> list[str]:
@@ -149,6 +200,9 @@ def _command(
     for option, values in (
         ("--reference", references),
         ("--up", [up]),
+        ("--media", [media]),
+        ("--media-offset", [media_offset]),
+        ("--beats", [beats]),
         ("--project", [project]),
         ("--folder", folders),
     ):

@@ -245,6 +245,44 @@ class KeptWarp:
 
 
 @dataclass(frozen=True)
+class MediaFile:
+    """A video or a sound, shown and heard beside the stage; it has no part in the search.
+
+    Attributes
+    ----------
+    path : str
+        The file.
+    offset : str, optional
+        How long after the clock's 0 it begins, as ``0.5s`` or ``-12f`` (frames of the first clip); left out, not at
+        all.
+    clock : {"input", "output"}
+        Whether it was taken with the first clip, and follows the warp; or keeps the output's time, as a song does
+        that is danced to.
+    """
+
+    path: str
+    offset: str | None = None
+    clock: Literal["input", "output"] = "input"
+
+
+@dataclass(frozen=True)
+class BeatsFile:
+    """Moments to put keytimes on.
+
+    Attributes
+    ----------
+    path : str, optional
+        A table of times, or sound, in the output's time, as ``--keys-from`` reads it. Left out, the sound of the
+        document's media, at the times where that is heard.
+    on : {"beats", "onsets"}
+        Of sound: its regular beats, or whenever something begins.
+    """
+
+    path: str | None = None
+    on: Literal["beats", "onsets"] = "beats"
+
+
+@dataclass(frozen=True)
 class Document:
     """All that undo brings back.
 
@@ -273,6 +311,10 @@ class Document:
         type (lengths, rates, speeds) is text.
     kept : tuple of KeptWarp
         Warps to compare with.
+    media : MediaFile, optional
+        A video or a sound beside the stage.
+    beats : BeatsFile, optional
+        Moments to put keytimes on.
     """
 
     clips: tuple[ClipFile, ...]
@@ -287,12 +329,16 @@ class Document:
     # Equal documents have equal options, but a dict has no hash.
     options: Options = field(default_factory=dict, hash=False)
     kept: tuple[KeptWarp, ...] = ()
+    media: MediaFile | None = None
+    beats: BeatsFile | None = None
 
     def __post_init__(self) -> None:
         if not self.clips:
             raise FormatError("a document needs a clip")
         if self.clips[0].role != "search":
             raise FormatError("the first clip of a document is one that is searched")
+        if self.beats is not None and self.beats.path is None and self.media is None:
+            raise FormatError("the beats are those of the media, and the document has none")
         for reference in self.references:
             pairs = [pair.input for pair in reference.joints]
             if len(set(pairs)) < len(pairs):

@@ -167,7 +167,9 @@ def _with_paths(document: Document, change: Any) -> Document:
 
     clips: tuple[ClipFile, ...] = tuple(changed(file) for file in document.clips)
     references: tuple[ReferenceFile, ...] = tuple(changed(file) for file in document.references)
-    return replace(document, clips=clips, references=references)
+    media = None if document.media is None else changed(document.media)
+    beats = None if document.beats is None else changed(document.beats)
+    return replace(document, clips=clips, references=references, media=media, beats=beats)
 
 
 def files_of(document: Document) -> list[str]:

@@ -22,8 +22,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from retime.errors import FormatError
 from retime.project.allowed_places import AllowedPlaces
+from retime.project.document import Document
 from retime.project.workspace import Workspace
 from retime.server import PAGE, messages, no_page
+from retime.server.beside_stage import BesideStage
+from retime.server.film import Films
 from retime.server.guard import BodyTooLarge, Guard
 from retime.server.message_coding import read_message, write_message
 from retime.server.outbox import Outbox
@@ -54,10 +57,14 @@ class Editor:
         self._shared: SharedDocument | None = None
         # One folder for all files dropped in this run: they keep their names, so an AMC finds its ASF.
         self._drops = state / "dropped" / secrets.token_hex(8)
+        self._beside = BesideStage(self._document, places)
+        self._films = Films(self._document, self._project, places)
         routes: list[BaseRoute] = [
             WebSocketRoute("/socket", self._socket),
             Route("/drop", self._drop, methods=["POST"]),
             Route("/health", self._health),
+            *self._beside.routes,
+            *self._films.routes,
         ]
         if (page / "index.html").is_file():
             # It resolves every path, and serves what is inside the folder only.
@@ -70,10 +77,20 @@ class Editor:
     async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
         shared = self._shared = SharedDocument(self._workspace, self._places, self._state)
         yield
+        self._beside.close()
+        self._films.close()
         await shared.close()
         used = shared.files()
         if self._drops.is_dir() and not any(Path(path).is_relative_to(self._drops) for path in used):
             shutil.rmtree(self._drops)
+
+    def _document(self) -> Document:
+        assert self._shared is not None
+        return self._shared.document
+
+    def _project(self) -> Path | None:
+        assert self._shared is not None
+        return self._shared.path
 
     async def _health(self, request: Request) -> Response:
         return PlainTextResponse("ok")

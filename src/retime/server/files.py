@@ -7,6 +7,7 @@ from pathlib import Path
 from retime.errors import FormatError, OptionError, words_of
 from retime.formats.compressed import COMPRESSED, plain_path
 from retime.formats.registry import FORMATS
+from retime.media.kinds import SOUND_SUFFIXES, VIDEO_SUFFIXES
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.file import SUFFIX
 from retime.server import messages
@@ -19,8 +20,16 @@ OPENS = tuple(
     for suffix in known.suffixes
     for packed in ("", *COMPRESSED)
 )
+# And those of what can stand beside the stage.
+MEDIA = (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
 # What the page may look for, and the endings of the files that hold it.
-_HOLDS = {"clip": (*OPENS, SUFFIX), "skeleton": (".asf",), "joint map": (".json", ".csv")}
+_HOLDS = {
+    "clip": (*OPENS, SUFFIX),
+    "skeleton": (".asf",),
+    "joint map": (".json", ".csv"),
+    "media": MEDIA,
+    "beats": (".csv", ".txt", *MEDIA),
+}
 
 
 def listing(places: AllowedPlaces, folder: str | None, holds: str) -> messages.Listing:
@@ -56,7 +65,7 @@ def keep_dropped(name: str, data: bytes, folder: Path) -> Path:
     """Keep a file that was dropped on the page; return its place."""
     stem = plain_path(name).stem
     ending = Path(name).name[len(stem) :].lower()
-    if ending not in (*OPENS, ".asf", ".json"):
+    if ending not in (*OPENS, *MEDIA, ".asf", ".json", ".txt"):
         raise FormatError(f"no format ends in {ending or 'nothing'!r}", path=name)
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     for number in range(1, 10_000):

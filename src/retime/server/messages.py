@@ -211,12 +211,12 @@ class Browse:
     ----------
     folder : str, optional
         Left out, the folder that the server was started in.
-    holds : {"clip", "skeleton", "joint map"}
-        What is looked for: a clip or a project, an ASF, a joint map.
+    holds : {"clip", "skeleton", "joint map", "media", "beats"}
+        What is looked for: a clip or a project, an ASF, a joint map, a video or a sound, a table of beats or a sound.
     """
 
     folder: str | None
-    holds: Literal["clip", "skeleton", "joint map"]
+    holds: Literal["clip", "skeleton", "joint map", "media", "beats"]
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,11 @@ class SharedDocument:
         return self._history.present
 
     @property
+    def path(self) -> Path | None:
+        """The project file, if there is one."""
+        return self._workspace.path
+
+    @property
     def warp(self) -> Warp | None:
         """The warp of the last document that could be solved."""
         good = self._solver.good

@@ -9,13 +9,14 @@ import { compareSection } from "./sections/compare";
 import { flightsSection } from "./sections/flights";
 import { keytimeSection } from "./sections/keytime";
 import { locksSection } from "./sections/locks";
+import { mediaSection } from "./sections/media";
 import { propagateSection } from "./sections/propagate";
 import { referencesSection } from "./sections/references";
 import { searchSection } from "./sections/search";
 import { FaultyFields, type Section } from "./sections/section";
 import { timingSection } from "./sections/timing";
 
-const TOPICS: readonly Topic[] = ["document", "curve", "selection", "clips", "view"];
+const TOPICS: readonly Topic[] = ["document", "curve", "selection", "clips", "view", "beside"];
 
 export class Inspector {
   readonly root: HTMLElement;
@@ -37,6 +38,7 @@ export class Inspector {
       referencesSection,
       compareSection,
       clipsSection,
+      mediaSection,
       searchSection,
     ].map((makeSection) => makeSection(side));
     this.root = make("div", { class: "sections" }, ...this.sections.map((section) => section.root));

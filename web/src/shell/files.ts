@@ -16,8 +16,9 @@ export type TakeFiles = (files: readonly File[], take?: (path: string) => void) 
 /** Make what sends files; one that nobody takes is opened. */
 export function fileSender(
   upload: Upload,
-  connection: Connection,
   say: (kind: NoticeKind, text: string) => void,
+  /** What is done with a file that nobody takes. */
+  open: (path: string) => void,
 ): TakeFiles {
   const send = async (files: readonly File[], take: (path: string) => void): Promise<void> => {
     try {
@@ -31,7 +32,7 @@ export function fileSender(
       say("error", error instanceof Error ? error.message : String(error));
     }
   };
-  return (files, take = (path) => connection.open(path)) => void send(files, take);
+  return (files, take = open) => void send(files, take);
 }
 
 function isSkeleton(file: File): boolean {

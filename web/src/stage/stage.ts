@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import type { Clip } from "../messages";
+import type { PlaybackState } from "../playback";
 import { WhenQuiet } from "../quiet";
 import { clamp } from "../scale";
 import type { Store, Topic } from "../store";
@@ -23,6 +24,13 @@ import { SignalView } from "./signals";
 const SLOW_REST = 100;
 const SLOW_MOST = 3000;
 const SLOW_RATIO = 0.5;
+
+/** A moment, and how many pixels it is drawn in. */
+interface Still {
+  readonly moment: PlaybackState;
+  readonly width: number;
+  readonly height: number;
+}
 
 const TOPICS: readonly Topic[] = ["clips", "theme", "curve", "playhead", "view", "hover", "why", "size"];
 
@@ -122,15 +130,25 @@ export class Stage {
     if (renewed) this.frame();
   }
 
-  private draw(renderer: THREE.WebGLRenderer): void {
-    this.stale = false;
+  /**
+   * Draw a moment in so many pixels, for a film; the picture has to be taken before anything else runs. Null where
+   * there are no figures.
+   */
+  still(moment: PlaybackState, width: number, height: number): HTMLCanvasElement | null {
+    if (!this.renderer || this.casts.length === 0) return null;
+    this.stale = true;
+    return this.draw(this.renderer, { moment, width, height }) ? this.renderer.domElement : null;
+  }
+
+  private draw(renderer: THREE.WebGLRenderer, film?: Still): boolean {
+    this.stale = film !== undefined;
     this.later.cancel();
-    if (!this.pose()) return;
+    if (!this.pose(film?.moment)) return false;
     const { store, root } = this;
     const { view } = store;
-    const width = Math.max(root.clientWidth, 1);
-    const height = Math.max(root.clientHeight, 1);
-    this.fit(renderer, width, height);
+    const width = film?.width ?? Math.max(root.clientWidth, 1);
+    const height = film?.height ?? Math.max(root.clientHeight, 1);
+    this.fit(renderer, width, height, film && 1);
     const focus = this.casts.find((cast) => cast.clip === store.clips[view.clip]) ?? this.casts[0];
     const places = focus?.places();
     const half = view.layout === "side" ? width / 2 : width;
@@ -145,11 +163,12 @@ export class Stage {
       look(0, [COMPANION], places?.companion);
       look(half, [OUTPUT], places?.output);
     } else look(0, [COMPANION, OUTPUT], places?.output);
+    return true;
   }
 
   /** Give the canvas as many pixels as the stage has, or fewer where they cost too much. */
-  private fit(renderer: THREE.WebGLRenderer, width: number, height: number): void {
-    const ratio = this.slow ? (this.store.dragging ? SLOW_RATIO : 1) : Math.min(devicePixelRatio, 2);
+  private fit(renderer: THREE.WebGLRenderer, width: number, height: number, given?: number): void {
+    const ratio = given ?? this.screenRatio;
     const shape = `${width} ${height} ${ratio}`;
     if (shape === this.shape) return;
     this.shape = shape;
@@ -158,14 +177,19 @@ export class Stage {
     renderer.setScissorTest(true);
   }
 
+  private get screenRatio(): number {
+    return this.slow ? (this.store.dragging ? SLOW_RATIO : 1) : Math.min(devicePixelRatio, 2);
+  }
+
   /** Put every figure into the pose that is looked at; whether there is one. */
-  private pose(): boolean {
+  private pose(moment?: PlaybackState): boolean {
     const { store } = this;
-    const { view, playback, knots, companionKnots } = store;
+    const { view, knots, companionKnots } = store;
+    const playback = moment ?? store.playback;
     if (!knots) return false;
     const shown = view.showB && companionKnots ? companionKnots : knots;
     const other = view.showB && companionKnots ? knots : companionKnots;
-    const outputTime = store.lookedAt;
+    const outputTime = moment ? moment.outputTime : store.lookedAt;
     const outputInput = inputAt(shown, outputTime);
     const companionInput = other ? inputAt(other, outputTime) : playback.inputTime;
     const color = this.theme.palette[other ? "spline" : "figure-input"];
@@ -177,7 +201,7 @@ export class Stage {
       cast.showGhost(null, 0, false);
     }
     this.companionColor = color;
-    this.showMatch(outputTime);
+    if (!moment) this.showMatch(outputTime);
     if (this.ground) this.ground.object.visible = view.ground;
     return true;
   }

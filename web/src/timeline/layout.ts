@@ -22,6 +22,8 @@ export interface Layout {
   readonly heat: Box;
   /** When feet stand, and flights; without a figure it has no height. */
   readonly feet: Box;
+  /** The sound beside the stage; without one it has no height. */
+  readonly sound: Box;
   readonly reference: Box;
 }
 
@@ -30,21 +32,25 @@ export const GUTTER = 72;
 const RULER = 22;
 const HEAT = 15;
 const FEET = 17;
+const SOUND = 30;
 const REFERENCE = 30;
 /** From a keytime to an end of its tangent. */
 const TANGENT = 46;
 
-export function layoutOf(width: number, height: number, { hasFeet = false } = {}): Layout {
+export function layoutOf(width: number, height: number, { hasFeet = false, hasSound = false } = {}): Layout {
   const wide = Math.max(width - GUTTER - 10, 40);
   const feetHeight = hasFeet ? FEET : 0;
   const feetRoom = hasFeet ? FEET + 4 : 0;
-  const rest = Math.max(height - RULER - HEAT - feetRoom - REFERENCE - 12, 80);
+  const soundHeight = hasSound ? SOUND : 0;
+  const soundRoom = hasSound ? SOUND + 4 : 0;
+  const rest = Math.max(height - RULER - HEAT - feetRoom - soundRoom - REFERENCE - 12, 80);
   const speedHeight = Math.round(clamp(rest * 0.36, 48, 150));
   const map = { x: GUTTER, y: RULER, width: wide, height: rest - speedHeight };
   const speed = { x: GUTTER, y: map.y + map.height + 4, width: wide, height: speedHeight };
   const heat = { x: GUTTER, y: speed.y + speed.height + 4, width: wide, height: HEAT };
   const feet = { x: GUTTER, y: heat.y + heat.height + 4, width: wide, height: feetHeight };
-  const reference = { x: GUTTER, y: heat.y + heat.height + 4 + feetRoom, width: wide, height: REFERENCE };
+  const sound = { x: GUTTER, y: heat.y + heat.height + 4 + feetRoom, width: wide, height: soundHeight };
+  const reference = { x: GUTTER, y: sound.y + soundRoom, width: wide, height: REFERENCE };
   return {
     width,
     height,
@@ -54,6 +60,7 @@ export function layoutOf(width: number, height: number, { hasFeet = false } = {}
     speed,
     heat,
     feet,
+    sound,
     reference,
   };
 }

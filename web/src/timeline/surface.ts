@@ -69,7 +69,18 @@ export class Surface {
     const { width, height } = this.canvas;
     const end = store.knots ? outputEnd(store.knots) : null;
     const references = store.document?.references;
-    const of = [width, height, ratio, scales, theme.palette, store.why, end, references, store.reference];
+    const of = [
+      width,
+      height,
+      ratio,
+      scales,
+      theme.palette,
+      store.why,
+      end,
+      references,
+      store.reference,
+      store.beside.peaks,
+    ];
     if (!changed.has("clips") && of.every((part, i) => part === this.backdropOf[i])) return;
     this.backdropOf = of;
     resize(backdrop, width, height);

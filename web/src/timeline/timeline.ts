@@ -68,7 +68,10 @@ export class Timeline {
       this.surface.paint(this.layout, this.scales, changed);
       return;
     }
-    this.layout = layoutOf(clientWidth, clientHeight, { hasFeet: this.store.clip?.holds === "motion" });
+    this.layout = layoutOf(clientWidth, clientHeight, {
+      hasFeet: this.store.clip?.holds === "motion",
+      hasSound: this.store.beside.peaks !== null,
+    });
     if (!this.store.dragging) this.scales = this.zoom.scales(this.scales);
     this.surface.paint(this.layout, this.scales, changed);
     this.handles.place(this.layout, this.scales);

@@ -1,6 +1,7 @@
 /** The dialogs, and which of them is meant by what the server answers. */
 
 import type { Connection } from "../../connection";
+import type { FilmDialog } from "../../media/film_dialog";
 import type { Found, Listing } from "../../messages";
 import type { TakeFiles } from "../../shell/files";
 import type { Shortcut } from "../../shortcuts";
@@ -25,6 +26,12 @@ export class Dialogs {
     this.add(this.help.root);
     this.add(this.open.root);
     this.add(this.write.root);
+  }
+
+  /** Take in the dialog that films the stage. */
+  addFilm(film: FilmDialog): void {
+    this.add(film.root);
+    this.write.film = film;
   }
 
   /** Take one more dialog in. */

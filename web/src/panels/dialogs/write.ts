@@ -3,12 +3,13 @@
 import type { Connection } from "../../connection";
 import { make, setAttribute, setText } from "../../dom";
 import { HOSTS, type Host } from "../../hosts";
+import { FILM_SIZES, type FilmDialog, type FilmSize } from "../../media/film_dialog";
 import type { Found } from "../../messages";
 import type { Store } from "../../store";
 import { check, choice, textField } from "../fields";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
 
-type Export = "motion" | "warp" | "curve" | "picture";
+type Export = "motion" | "warp" | "curve" | "picture" | "film";
 
 export class WriteDialog {
   readonly root = makeDialog("Write");
@@ -24,6 +25,9 @@ export class WriteDialog {
   private readonly overwrite = check("Replace the file if it is there", "", (on) => (this.mayOverwrite = on));
   private mayOverwrite = false;
   private saving = true;
+  private readonly size = choice<FilmSize>("Size", "Pixels of the film", () => true);
+  /** Films the stage; null where it can't be filmed. */
+  film: FilmDialog | null = null;
 
   constructor(
     private readonly store: Store,
@@ -36,6 +40,7 @@ export class WriteDialog {
         this.what.row,
         this.clip.row,
         this.host.row,
+        this.size.row,
         this.rate.row,
         this.start.row,
         this.item.row,
@@ -62,6 +67,7 @@ export class WriteDialog {
         { value: "warp", text: "Warp (JSON)" },
         { value: "curve", text: "Retime curve for another program" },
         { value: "picture", text: "Picture of the warp (SVG, PNG, PDF)" },
+        ...(this.film?.works ? [{ value: "film" as const, text: "Film of the stage (MP4, WebM, GIF)" }] : []),
       ],
       this.kind || "motion",
     );
@@ -73,6 +79,7 @@ export class WriteDialog {
       HOSTS.map(({ name, title }) => ({ value: name, text: title })),
       this.host.select.value || "nuke",
     );
+    this.size.show(FILM_SIZES, (this.size.select.value || "1280x720") as FilmSize);
     this.mayOverwrite = false;
     this.refusal.say(null);
     this.overwrite.show(false);
@@ -92,6 +99,7 @@ export class WriteDialog {
     if (refused !== null) return;
     this.root.close();
     if (this.saving) this.connection.save(place, this.mayOverwrite);
+    else if (this.kind === "film") this.film?.begin(place, this.rate.input.value, this.filmSize, this.mayOverwrite);
     else if (this.kind !== "curve") this.connection.export(this.kind, place, this.which, this.mayOverwrite);
     else {
       const { name, firstFrame, item } = this.chosen;
@@ -115,6 +123,10 @@ export class WriteDialog {
 
   private get kind(): Export {
     return this.what.select.value as Export;
+  }
+
+  private get filmSize(): FilmSize {
+    return this.size.select.value as FilmSize;
   }
 
   /** The place of the clip that is exported. */
@@ -141,7 +153,10 @@ export class WriteDialog {
     this.clip.row.hidden = this.saving || this.kind !== "motion" || clips.length < 2;
     const host = this.chosen;
     const curve = !this.saving && this.kind === "curve";
-    for (const { row } of [this.host, this.rate]) row.hidden = !curve;
+    const film = !this.saving && this.kind === "film";
+    this.host.row.hidden = !curve;
+    this.rate.row.hidden = !curve && !film;
+    this.size.row.hidden = !film;
     this.start.row.hidden = !curve || host.firstFrame === null;
     this.item.row.hidden = !curve || host.item === "";
     setAttribute(this.start.input, "placeholder", host.firstFrame === null ? null : String(host.firstFrame));
@@ -160,6 +175,7 @@ export class WriteDialog {
           warp: `${stem}_warp.json`,
           curve: `${stem}_retime${suffix}`,
           picture: `${stem}_warp.svg`,
+          film: `${stem}_stage.mp4`,
         }[this.kind];
     return true;
   }

@@ -3,6 +3,7 @@
 import { deleteSelected } from "../../deleting";
 import { changeKey, findKey, keyPlace, keysInOrder, type Room } from "../../document";
 import { make, setAttribute } from "../../dom";
+import { snapToBeat } from "../../media/beat_snap";
 import type { Document, Key } from "../../messages";
 import { clamp } from "../../scale";
 import { moveKeys, type Shift } from "../../together";
@@ -103,10 +104,14 @@ export class KeyHandles {
         inputTime: straight === "time" ? key.input_time : inputTimeAt(hand.layout, hand.scales, grabY + dy),
       };
       const snap = store.view.snap !== event.altKey;
-      if (!together && !ripple) return changeKey(hand.document, id, keyPlace(hand.document, id, wanted, room, snap));
+      const onBeat = event.altKey ? {} : snapToBeat(store, hand.layout, hand.scales, wanted, straight);
+      if (!together && !ripple) {
+        const place = keyPlace(hand.document, id, { ...wanted, ...onBeat }, room, snap, onBeat);
+        return changeKey(hand.document, id, place);
+      }
       const by = {
-        output: hand.onFrame(wanted.outputTime, event) - key.output_time,
-        input: hand.onFrame(wanted.inputTime, event) - key.input_time,
+        output: (onBeat.outputTime ?? hand.onFrame(wanted.outputTime, event)) - key.output_time,
+        input: (onBeat.inputTime ?? hand.onFrame(wanted.inputTime, event)) - key.input_time,
       };
       if (straight === "pose") by.output = 0;
       if (straight === "time") by.input = 0;

@@ -8,6 +8,7 @@ import { feet } from "./feet";
 import { heat } from "./heat";
 import { pastEnd, playhead, tangent } from "./markers";
 import { matches, reference } from "./reference_strip";
+import { beats, sound, soundLabel } from "./sound";
 import { flights, locks } from "./spans";
 
 /** What stays while a curve changes: axes, scores, the reference. */
@@ -23,6 +24,7 @@ export function paintBackdrop(canvas: Canvas): void {
   outputAxis(canvas);
   inputAxis(canvas);
   speedAxis(canvas);
+  soundLabel(canvas);
   if (canvas.store.knots) heat(canvas, canvas.store.knots);
   reference(canvas);
   frames(canvas);
@@ -34,6 +36,8 @@ export function paintForeground(canvas: Canvas): void {
   if (knots) {
     flights(canvas, knots);
     feet(canvas, knots);
+    sound(canvas, knots);
+    beats(canvas, knots);
     example(canvas);
     unspoken(canvas, knots);
     locks(canvas, knots);

@@ -1,0 +1,33 @@
+/** Endings of what can stand beside the stage; a test compares them with what the server takes. */
+
+export const MEDIA_ENDINGS: readonly string[] = [
+  ".mp4",
+  ".mov",
+  ".m4v",
+  ".mkv",
+  ".webm",
+  ".avi",
+  ".ts",
+  ".mts",
+  ".m2ts",
+  ".mpg",
+  ".mpeg",
+  ".mxf",
+  ".3gp",
+  ".ogv",
+  ".wav",
+  ".flac",
+  ".opus",
+  ".ogg",
+  ".mp3",
+  ".m4a",
+  ".aac",
+  ".mka",
+  ".aiff",
+  ".aif",
+];
+
+export function isMedia(path: string): boolean {
+  const lower = path.toLowerCase();
+  return MEDIA_ENDINGS.some((ending) => lower.endsWith(ending));
+}

@@ -1,0 +1,82 @@
+import { expect, test } from "vitest";
+import { beatsInOutput, mediaTimeAt } from "../src/media/beside";
+import { setBeats, setMedia } from "../src/media/edits";
+import { isMedia } from "../src/media/endings";
+import { followed, ROUNDING, stand } from "../src/media/follow";
+import { peakBetween, peaksOf } from "../src/media/peaks";
+import { EMPTY } from "./empty";
+
+const KNOTS = { outputTimes: Float64Array.of(0, 1, 3), inputTimes: Float64Array.of(0, 3, 4) };
+const MEDIA = { path: "take.webm", offset: "-12f", clock: "input" } as const;
+
+test("media go with the input through the warp, or with the output", () => {
+  expect(mediaTimeAt(MEDIA, KNOTS, 60, 0.5)).toBeCloseTo(1.5 + 0.2, 12);
+  expect(mediaTimeAt({ ...MEDIA, clock: "output" }, KNOTS, 60, 0.5)).toBeCloseTo(0.7, 12);
+  expect(mediaTimeAt({ ...MEDIA, offset: null }, KNOTS, 60, 2)).toBe(3.5);
+  // A file by another program may say what is no time: the field says so, and the media begin with the clip.
+  expect(mediaTimeAt({ ...MEDIA, offset: "soon" }, KNOTS, 60, 2)).toBe(3.5);
+});
+
+test("beats of the take fall where the warp shows them, those of a file where it says", () => {
+  const beats = { times: [1.7, 3.7], strengths: [1, 1], names: ["", ""] };
+  const document = setMedia(EMPTY, MEDIA);
+  const taken = beatsInOutput(setBeats(document, { path: null, on: "beats" }), beats, KNOTS, 60);
+  expect(taken[0]).toBeCloseTo(0.5, 12);
+  expect(taken[1]).toBeCloseTo(2, 12);
+  expect(beatsInOutput(setBeats(document, { path: "beats.csv", on: "beats" }), beats, KNOTS, 60)).toEqual([1.7, 3.7]);
+});
+
+test("what is taken away takes its own beats along, and leaves those of a file", () => {
+  const document = setMedia(EMPTY, { path: "take.webm" });
+  expect(document.media).toEqual({ path: "take.webm", offset: null, clock: "input" });
+  const own = setMedia(setBeats(document, { path: null, on: "onsets" }), null);
+  expect([own.media, own.beats]).toEqual([null, null]);
+  const table = { path: "beats.csv", on: "beats" } as const;
+  expect(setMedia(setBeats(document, table), null).beats).toEqual(table);
+});
+
+test("a player hurries or waits by little, jumps over much, and scrubs what it can't play", () => {
+  expect(followed(1, 1, 1.5, 10)).toEqual({ speed: 1.5, seek: null });
+  const late = followed(0.9, 1, 1.5, 10);
+  expect(late.seek).toBeNull();
+  // In half a second it is right again.
+  expect(0.9 + 0.5 * (late.speed ?? 0)).toBeCloseTo(1 + 0.5 * 1.5, 12);
+  expect(followed(0, 1, 1.5, 10)).toEqual({ speed: 1.5, seek: 1 });
+  for (const speed of [0, -1, 20]) expect(followed(0, 1, speed, 10)).toEqual({ speed: null, seek: 1 + ROUNDING });
+  expect(followed(0, 12, 1, 10).speed).toBeNull();
+  expect(stand(1 + ROUNDING, 1)).toEqual({ speed: null, seek: null });
+});
+
+test("peaks are the greatest amplitude, at every scale", () => {
+  const rate = 1000;
+  let seed = 7;
+  const noise = Float32Array.from({ length: 4321 }, () => {
+    seed = (seed * 16_807) % 2_147_483_647;
+    return seed / 1_073_741_824 - 1;
+  });
+  const quiet = new Float32Array(noise.length);
+  const peaks = peaksOf([quiet, noise], rate);
+  for (const [from, to] of [
+    [0, 4.321],
+    [0.105, 0.11],
+    [1, 1.6],
+    [2.5, 1.25],
+  ] as const) {
+    const [low, high] = [Math.min(from, to), Math.max(from, to)];
+    const inside = noise.slice(Math.ceil(low * rate), Math.floor(high * rate) + 1).map(Math.abs);
+    // Parts are whole: a little more than the stretch may be counted, nothing of it may be missed.
+    const wide = (high - low) / 1 + 0.01;
+    const around = noise
+      .slice(Math.max(0, Math.floor((low - wide) * rate)), Math.ceil((high + wide) * rate) + 1)
+      .map(Math.abs);
+    const found = peakBetween(peaks, from, to);
+    expect(found).toBeGreaterThanOrEqual(Math.max(...inside) - 1e-9);
+    expect(found).toBeLessThanOrEqual(Math.max(...around) + 1e-9);
+  }
+  expect(peakBetween(peaks, -3, -1)).toBe(0);
+  expect(peakBetween(peaks, 9, 11)).toBe(0);
+});
+
+test("media are told by their ending", () => {
+  expect(["Take.MP4", "a/b.wav", "walk.bvh", "wav"].map(isMedia)).toEqual([true, true, false, false]);
+});
