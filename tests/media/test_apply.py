@@ -476,3 +476,32 @@ def test_channels_that_nobody_placed_are_placed_as_usual(tmp_path) -> None:
         found, _ = clips.read_sound(tmp_path / "a.mp4")
         sizes = np.abs(found[:, 10_000:20_000]).max(axis=1)
         np.testing.assert_allclose(sizes, 0.3 * np.arange(1, n_channels + 1) / n_channels, atol=0.02)
+
+
+@pytest.mark.parametrize("codec", ["libvpx-vp9", "libvpx"])
+def test_alpha_beside_the_picture_is_kept(tmp_path, codec) -> None:
+    """WebM keeps alpha as a second picture beside each packet, which the usual decoders leave out."""
+
+    def see_through(number: int, frame):
+        colours = np.full((64, 96, 4), 120, np.uint8)
+        colours[:, :, 3] = np.where(np.arange(96) < 48, 255, 8 * number)
+        made = av.VideoFrame.from_ndarray(colours, format="rgba").reformat(format="yuva420p")
+        made.pts, made.time_base = frame.pts, frame.time_base
+        return made
+
+    clip = clips.write_clip(
+        tmp_path / "a.webm", 30, codec=codec, form="yuva420p", change=see_through, options={"auto-alt-ref": "0"}
+    )
+    apply.retime_media(
+        clip, tmp_path / "b.webm", Warp([0, 0.5], [0, 1.0 - 1 / 30]), options.MediaOptions(frames="nearest", quality=4)
+    )
+    apply.retime_media(
+        clip, tmp_path / "b.%02d.png", Warp([0, 29 / 30], [29 / 30, 0]), options.MediaOptions(frames="nearest")
+    )
+    last = next(av.open(str(tmp_path / "b.01.png")).decode(video=0)).to_ndarray(format="rgba")
+    assert last[:, :40, 3].min() > 250
+    assert abs(float(last[:, 56:, 3].mean()) - 8 * 29) < 6
+    pictures = tmp_path / "c.%02d.png"
+    apply.retime_media(tmp_path / "b.webm", pictures, Warp([0, 0.5], [0, 0.5]))
+    middle = next(av.open(str(tmp_path / "c.09.png")).decode(video=0)).to_ndarray(format="rgba")
+    assert abs(float(middle[:, 56:, 3].mean()) - 8 * 15) < 20

@@ -202,7 +202,7 @@ def add_video(
     source : VideoStream, optional
         Of the input.
     frame : VideoFrame
-        The first that will be encoded, in the format in which frames are mixed.
+        The first that will be shown, as it was decoded.
     rate, base : Fraction
         Frames a second, and seconds a tick of their stamps.
     bytes_a_second : float, optional
@@ -215,9 +215,11 @@ def add_video(
     context = None if source is None else source.codec_context
     codec = None if context is None else context.codec.canonical_name
     encoder = encoder_for("video", codec, container, options.codec, place)
-    source_format = frame.format.name if context is None or not context.pix_fmt else context.pix_fmt
-    form = pixel_format_for(encoder, source_format, options.pixel_format)
+    form = pixel_format_for(encoder, frame.format.name, options.pixel_format)
     wanted = {"x265-params": "log-level=none"} if encoder == "libx265" else {}
+    if encoder.startswith("libvpx") and form.startswith("yuva"):
+        # Frames that are never shown have no alpha.
+        wanted["auto-alt-ref"] = "0"
     stream = container.add_stream(encoder, rate=rate, options=wanted)
     made = stream.codec_context
     made.time_base = base

@@ -22,6 +22,7 @@ from retime.media.times import FrameTimes
 _KEPT_BYTES = 96 << 20
 _LEAST_KEPT = 6
 _READ_OVER = 8
+_WITH_ALPHA = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
 Beat = Callable[[], None]
 """Called whenever something was decoded."""
@@ -180,11 +181,22 @@ class VideoReader:
         self._container = open_media(self._shared, self._path)
         self._container.streams[self._index].thread_type = "AUTO"
 
+    def _decoder(self) -> Callable[[Any], list[Any]]:
+        """Return what decodes packets; of WebM with alpha, which FFmpeg's own decoders leave out, that of libvpx."""
+        stream = self._container.streams[self._index]
+        name = _WITH_ALPHA.get(stream.codec_context.codec.canonical_name)
+        if name is None or stream.metadata.get("alpha_mode") != "1":
+            return lambda packet: list(packet.decode())
+        context = needed("av").CodecContext.create(name, "r")
+        context.thread_count = 0
+        return lambda packet: list(context.decode(packet if packet.size else None))
+
     def _decoded(self) -> Iterator[tuple[int, Any]]:
         """Decode on; frames with their numbers."""
         av = needed("av")
         number = -1
         packets = self._container.demux(self._container.streams[self._index])
+        decode = self._decoder()
         while True:
             try:
                 packet = next(packets, None)
@@ -194,7 +206,7 @@ class VideoReader:
             if packet is None:
                 return
             try:
-                pictures = packet.decode()
+                pictures = decode(packet)
             except av.FFmpegError:
                 # A damaged packet; what comes after it may be whole.
                 pictures = []
