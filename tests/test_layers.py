@@ -20,7 +20,19 @@ PACKAGE = ROOT / "src" / "retime"
 STUDY = ROOT / "study"
 
 # What everything may use; these know nothing of the rest.
-FOR_ALL = {"arrays", "brief", "checks", "child_process", "errors", "frames", "limits", "progress", "strict_json", "svg"}
+FOR_ALL = {
+    "arrays",
+    "brief",
+    "checks",
+    "child_process",
+    "errors",
+    "file_names",
+    "frames",
+    "limits",
+    "progress",
+    "strict_json",
+    "svg",
+}
 # For each part, the other parts that it may import. The package itself (retime/__init__.py) is the
 # table of contents and may name everything.
 MAY_IMPORT = {

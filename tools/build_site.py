@@ -54,7 +54,7 @@ MENU = {
     ],
     "Reference": ["cli", "options", "api", "reference/index", "conventions", "glossary", "project-file"],
     "Method": ["method", "decisions", "study/README", "study/video", "performance"],
-    "Trust": ["reliability", "stability", "changes", "contributing", "security", "conduct", "licence"],
+    "Trust": ["reliability", "portability", "stability", "changes", "contributing", "security", "conduct", "licence"],
 }
 
 

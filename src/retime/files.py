@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO, Any, BinaryIO
 
 from retime.errors import FormatError, OptionError, OutputExistsError
 
@@ -125,7 +125,7 @@ def beside(path: str | PathLike[str], *, overwrite: bool) -> Iterator[BinaryIO]:
             _mark_as_alive(file)
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            sync_file(file.fileno())
         if overwrite:
             if place.exists():
                 name.chmod(stat.S_IMODE(place.stat().st_mode))
@@ -150,6 +150,60 @@ def name_beside(place: Path) -> Path:
     return place.with_name(f".retime-{secrets.token_hex(8)}.tmp")
 
 
+@contextlib.contextmanager
+def scratch(folder: str | PathLike[str]) -> Iterator[BinaryIO]:
+    """Open a new file in a folder that another process may open by its name (``file.name``); it goes in the end.
+
+    On Windows a `tempfile.NamedTemporaryFile` is opened by nobody else.
+
+    Raises
+    ------
+    OSError
+        The folder can't be written.
+    """
+    place = name_beside(Path(folder) / "scratch")
+    try:
+        # For nobody else's eyes.
+        with open(place, "x+b", opener=lambda name, flags: os.open(name, flags, 0o600)) as file:
+            _mark_as_alive(file)
+            yield file
+    finally:
+        place.unlink(missing_ok=True)
+
+
+def hold(file: IO[Any]) -> bool:
+    """Take hold of an open, empty file until it is closed or the process ends; False where another has it.
+
+    Where neither the system nor the file system has locks, nobody is kept out.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        return _hold_on_windows(file)
+    try:
+        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        # A file system without locks.
+        return True
+    return True
+
+
+def _hold_on_windows(file: IO[Any]) -> bool:
+    try:
+        import msvcrt
+    except ImportError:
+        return True
+    file.seek(0)
+    try:
+        # Its first byte, which needs not be there.
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined, unused-ignore]
+    except OSError:
+        return False
+    return True
+
+
 def _mark_as_alive(file: BinaryIO) -> None:
     """Have the system say, for as long as this process lives, that a file is being written; not every one can."""
     with contextlib.suppress(ImportError, OSError):
@@ -160,11 +214,6 @@ def _mark_as_alive(file: BinaryIO) -> None:
 
 def remove_left_overs(folder: Path, seconds: float = 0.0) -> None:
     """Remove what a writer has left who died, where nobody has written to it for so many seconds."""
-    try:
-        import fcntl
-    except ImportError:
-        # Without such locks nobody knows whether the writer lives.
-        return
     with os.scandir(folder) as entries:
         names = [entry.name for entry in entries if _BESIDE.fullmatch(entry.name)]
     for name in names:
@@ -173,12 +222,24 @@ def remove_left_overs(folder: Path, seconds: float = 0.0) -> None:
             status = place.lstat()
             if not stat.S_ISREG(status.st_mode) or time.time() - status.st_mtime < seconds:
                 continue
-            handle = os.open(place, os.O_RDONLY | os.O_NOFOLLOW)
-            try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                place.unlink()
-            finally:
-                os.close(handle)
+            _remove_unheld(place)
+
+
+def _remove_unheld(place: Path) -> None:
+    """Remove a file that no living writer holds; raise OSError where one does."""
+    try:
+        import fcntl
+    except ImportError:
+        # Windows removes no file that is open; elsewhere, without locks, nobody knows whether the writer lives.
+        if os.name == "nt":
+            place.unlink()
+        return
+    handle = os.open(place, os.O_RDONLY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        place.unlink()
+    finally:
+        os.close(handle)
 
 
 def resolved(path: str | PathLike[str]) -> Path:
@@ -221,9 +282,27 @@ def _rename_to_free_name(beside: Path, place: Path, path: Path) -> None:
         # A file system without links (FAT, some network drives): the moment between the two calls stays open.
         if place.exists():
             raise OutputExistsError(path) from None
-        beside.rename(place)
+        try:
+            beside.rename(place)
+        except FileExistsError:
+            # Windows renames over nothing, so there the moment is none.
+            raise OutputExistsError(path) from None
     else:
         beside.unlink()
+
+
+def sync_file(handle: int) -> None:
+    """Make sure that what was written to an open file is on the disk.
+
+    macOS hands it to the drive, which may keep it in its own memory; there is another call that waits for the disk.
+    """
+    try:
+        import fcntl
+
+        fcntl.fcntl(handle, fcntl.F_FULLFSYNC)  # type: ignore[attr-defined, unused-ignore]
+    except (ImportError, AttributeError, OSError):
+        # Not macOS, or a file system that has no such call.
+        os.fsync(handle)
 
 
 def sync_folder(folder: Path) -> None:

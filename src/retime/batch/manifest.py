@@ -20,7 +20,7 @@ from typing import Any, TextIO
 
 from retime.batch.task import ClipTask, Record
 from retime.errors import OptionError, RetimeWarning
-from retime.files import write_bytes
+from retime.files import hold, write_bytes
 
 MANIFEST, TABLE, STATE = "manifest.jsonl", "manifest.parquet", ".retime"
 
@@ -111,7 +111,7 @@ class Manifest:
         self.out = out
         (out / STATE).mkdir(parents=True, exist_ok=True)
         self._lock = (out / STATE / "lock").open("a")
-        if not _locked(self._lock):
+        if not hold(self._lock):
             self._lock.close()
             raise OptionError(f"another run is at work in {out}: wait for its end, or stop it")
         self.known = Known()
@@ -215,22 +215,6 @@ def read_manifest(out: Path) -> Iterator[Record]:
     with (out / MANIFEST).open(encoding="utf-8") as file:
         for line in file:
             yield Record.from_json(json.loads(line))
-
-
-def _locked(file: TextIO) -> bool:
-    """Take hold of a file until the process ends; where the system has no such locks, nobody is kept out."""
-    try:
-        import fcntl
-    except ImportError:
-        return True
-    try:
-        fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:
-        # A file system without locks.
-        return True
-    return True
 
 
 def _write_table(lines: list[dict[str, Any]], place: Path) -> None:

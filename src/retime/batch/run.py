@@ -19,6 +19,7 @@ from retime.batch.treatment import Treatment, settings
 from retime.batch.tree import FRAME_CUTS, FoundClip, Tree, find_clips, output_names, remapped_cuts
 from retime.brief import brief_repr
 from retime.errors import OptionError
+from retime.file_names import name_key
 from retime.files import remove_left_overs, write_bytes
 from retime.formats.compressed import plain_path
 
@@ -138,9 +139,9 @@ def plan(
         if treatment is None:
             continue
         output = names[treatment.format][clip.name]
-        if output in taken:
-            raise OptionError(f"{taken[output]} and {clip.name} would both be written as {output}")
-        taken[output] = clip.name
+        if name_key(output) in taken:
+            raise OptionError(f"{taken[name_key(output)]} and {clip.name} would both be written as {output}")
+        taken[name_key(output)] = clip.name
         tasks.append(_task(clip, output, treatment, out, known, restart=restart, retry=retry, force=force))
     sizes = {clip.name: clip.size for clip in tree.clips}
     return Plan(tuple(tasks), tree, out, sizes, len(tree.clips) - len(tasks))

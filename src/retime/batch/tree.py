@@ -10,6 +10,7 @@ from io import StringIO
 from pathlib import Path, PurePosixPath
 
 from retime.errors import FormatError, OptionError
+from retime.file_names import name_key
 from retime.files import read_bytes
 from retime.formats.compressed import plain_path
 from retime.formats.registry import FORMATS
@@ -120,11 +121,11 @@ def output_names(tree: Tree, ending: str | None) -> dict[str, str]:
     for clip in tree.clips:
         plain = plain_path(PurePosixPath(clip.name))
         name = str(plain.with_suffix(ending or plain.suffix))
-        if name in taken:
+        if name_key(name) in taken:
             raise OptionError(
-                f"{taken[name]} and {clip.name} would both be written as {name}; keep one, or their formats"
+                f"{taken[name_key(name)]} and {clip.name} would both be written as {name}; keep one, or their formats"
             )
-        taken[name] = clip.name
+        taken[name_key(name)] = clip.name
         found[clip.name] = name
     return found
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
 from retime.evaluate.plot.style import PLOT_SUFFIXES
+from retime.file_names import name_key
 
 
 def check_outputs(outputs: Mapping[str, Path | None], *, inputs: Iterable[Path], force: bool) -> None:
@@ -50,7 +51,7 @@ def check_outputs(outputs: Mapping[str, Path | None], *, inputs: Iterable[Path],
         for source in sources:
             if _same_file(place, source):
                 raise OptionError(f"{option} {place} is the input; choose another place, an input is never overwritten")
-        real = os.path.realpath(place)
+        real = name_key(os.path.realpath(place))
         if real in taken:
             raise OptionError(f"{option} and {taken[real]} name the same file, {place}")
         taken[real] = option

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from retime.checks import path_of
 from retime.errors import FormatError, OutputExistsError
-from retime.files import beside, resolved, write_bytes
+from retime.files import beside, resolved, scratch, write_bytes
 from retime.media.encoding import CONTAINERS
 from retime.media.extras import refuse_without
 from retime.media.kinds import is_sequence
@@ -99,7 +98,7 @@ def _write_pictures(path: Path, place: Path, request: dict[str, Any], *, overwri
         if "picture" in fact:
             found.append((fact["picture"][0], fact["picture"][1]))
 
-    with tempfile.NamedTemporaryFile(dir=place.parent, prefix=".retime-", suffix=".tmp") as file:
+    with scratch(place.parent) as file:
         run({**request, "beside": file.name}, path, take)
         places = [place.with_name(name) for name, _ in found]
         if not overwrite:

@@ -13,7 +13,7 @@ import numpy as np
 
 from retime.checks import path_of
 from retime.errors import FormatError
-from retime.files import read_bytes, resolved
+from retime.files import read_bytes, resolved, scratch
 from retime.media.extras import needed, refuse_without
 from retime.media.kinds import is_media, is_sequence
 from retime.media.process import check_media, run
@@ -117,7 +117,7 @@ def _beats_of_sound(path: Path, on: Literal["beats", "onsets"]) -> Found:
     librosa = needed("librosa")
     refuse_without("av")
     check_media(path)
-    with tempfile.NamedTemporaryFile() as file:
+    with scratch(tempfile.gettempdir()) as file:
         run({"do": "sound", "path": str(resolved(path)), "beside": file.name}, path)
         samples = np.frombuffer(file.read(), np.float32)
     envelope = librosa.onset.onset_strength(y=samples, sr=RATE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shlex
+import subprocess
 from collections.abc import Iterable, Sequence
 from os import PathLike
 from pathlib import Path
@@ -104,9 +105,7 @@ class AllowedPlaces:
         if not self._command:
             return f"Copy it there, or start in another folder (os.chdir({str(needed[0])!r}) in a notebook)"
         options = [word for folder in needed for word in ("--folder", str(folder))]
-        return (
-            f"To allow it, end the editor (Ctrl+C in its terminal) and type: {shlex.join((*self._command, *options))}"
-        )
+        return f"To allow it, end the editor (Ctrl+C in its terminal) and type: {_typed((*self._command, *options))}"
 
     def _place(self, path: str | PathLike[str]) -> Path:
         """Follow all links of a path; raise OptionError where it is none."""
@@ -115,3 +114,8 @@ class AllowedPlaces:
         except (ValueError, RuntimeError):
             # The name holds a NUL, or begins with the ~ of a user who doesn't exist.
             raise OptionError(f"{str(path)!r} is no path") from None
+
+
+def _typed(words: Sequence[str]) -> str:
+    """Write a command as it is typed in this system's shell."""
+    return subprocess.list2cmdline(words) if os.name == "nt" else shlex.join(words)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.file_names import usable_name
 from retime.formats.registry import write
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
@@ -38,7 +39,7 @@ def file_of(clip: AnyMotion, folder: Path) -> Path:
     if isinstance(clip, Motion):
         suffix = ".amc" if clip.declaration is not None and clip.declaration.format == "amc" else ".bvh"
     stem = re.sub(r"[^\w.-]+", "_", clip.name).strip("._")[:60] or ("motion" if suffix != ".npz" else "signal")
-    place = folder / _digest(clip) / f"{stem}{suffix}"
+    place = folder / _digest(clip) / usable_name(f"{stem}{suffix}")
     if place.exists():
         return place
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)

@@ -8,6 +8,7 @@ if the file still stands where the next editor will look for it: a folder may be
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import itertools
 import json
@@ -21,7 +22,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from retime.errors import FormatError, OptionError
-from retime.files import name_beside, read_bytes, sync_folder
+from retime.files import hold, name_beside, read_bytes, sync_file, sync_folder
 from retime.project.dataclass_json import from_value, to_value
 from retime.project.document import Document
 from retime.project.file import read_warps
@@ -225,11 +226,17 @@ class Journal:
             file = beside.open("xb", buffering=0)
             try:
                 _write_all(file, data)
-                os.fsync(file.fileno())
+                sync_file(file.fileno())
                 if os.path.lexists(self.path) and not stat.S_ISREG(self.path.lstat().st_mode):
                     # A link, a pipe, a device, a folder: no journal of ours, and nothing to rename over.
                     self.set_aside()
+                if os.name == "nt":
+                    # There a file that is open is neither renamed nor replaced.
+                    self._let_go()
+                    file.close()
                 beside.replace(self.path)
+                if os.name == "nt":
+                    file = self.path.open("ab", buffering=0)
             except BaseException:
                 file.close()
                 raise
@@ -238,8 +245,7 @@ class Journal:
             self._abandon()
             raise
         sync_folder(self.path.parent)
-        if self._file is not None:
-            self._file.close()
+        self._let_go()
         self._file, self._size, self._least = file, len(data), len(data)
 
     def _append(self, value: Mapping[str, Any], history: History, warps: Mapping[str, Warp]) -> None:
@@ -253,7 +259,7 @@ class Journal:
         line = _line(value)
         try:
             _write_all(self._file, line)
-            os.fsync(self._file.fileno())
+            sync_file(self._file.fileno())
         except BaseException:
             self._abandon()
             raise
@@ -285,16 +291,23 @@ class Journal:
             self._file.close()
             self._file = None
 
-    def close(self, *, remove: bool = False) -> None:
-        """Let go of it; remove the file where nothing in it is worth recovering."""
+    def _let_go(self) -> None:
         if self._file is not None:
             self._file.close()
             self._file = None
+
+    def close(self, *, remove: bool = False) -> None:
+        """Let go of it; remove the file where nothing in it is worth recovering."""
+        self._let_go()
         # A lock's file is removed only by who holds it, before letting go.
         if _is_at(self._lock, self._lock_path):
             if remove:
                 self.path.unlink(missing_ok=True)
-            self._lock_path.unlink(missing_ok=True)
+            if os.name == "nt":
+                # There no file goes that is open; who opened it meanwhile holds it, and it stays.
+                self._lock.close()
+            with contextlib.suppress(PermissionError):
+                self._lock_path.unlink(missing_ok=True)
         self._lock.close()
 
 
@@ -309,16 +322,9 @@ def _locked(path: Path) -> BinaryIO:
     """Open and lock a file."""
     while True:
         file = path.open("ab")
-        try:
-            import fcntl
-
-            fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except ImportError:
-            # Windows has no such lock, nor needs one: there no program replaces or removes a file that is open.
-            return file
-        except OSError:
+        if not hold(file):
             file.close()
-            raise OptionError(f"{path}: another editor has this open; close it first") from None
+            raise OptionError(f"{path}: another editor has this open; close it first")
         if _is_at(file, path):
             return file
         # Its holder removed the file after we opened it and before we locked it: our lock guards nothing.

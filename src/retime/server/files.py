@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from retime.errors import FormatError, OptionError, words_of
+from retime.file_names import usable_name
 from retime.formats.compressed import COMPRESSED, plain_path
 from retime.formats.registry import FORMATS
 from retime.media.kinds import SOUND_SUFFIXES, VIDEO_SUFFIXES
@@ -63,6 +64,7 @@ def found(places: AllowedPlaces, message: messages.Find) -> messages.Found:
 
 def keep_dropped(name: str, data: bytes, folder: Path) -> Path:
     """Keep a file that was dropped on the page; return its place."""
+    name = usable_name(name)
     stem = plain_path(name).stem
     ending = Path(name).name[len(stem) :].lower()
     if ending not in (*OPENS, *MEDIA, ".asf", ".json", ".txt"):
