@@ -83,6 +83,7 @@ STUDY_MAY_IMPORT = {
     **{part: set() for part in STUDY_FOR_ALL},
     "clips": set(),
     "signals": set(),
+    "footage": set(),
     "baselines": {"clips"},
     "answers": {"clips", "baselines"},
     "propagation": {"clips", "answers"},

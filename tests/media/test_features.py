@@ -14,7 +14,8 @@ from retime.media.features import video_signal
 from retime.motion.signal import Signal
 from retime.search.poses.spaces import PoseOptions
 from retime.warp.spline import linear_warp
-from tests.media import clips, footage
+from study.footage import ball as footage
+from tests.media import clips
 
 av = pytest.importorskip("av", reason="needs the extra 'video'")
 for package in ("cv2", "python_stretch"):

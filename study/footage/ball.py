@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.arrays import FloatArray
+from retime.media.extras import needed
+
 FLIGHT, REST, N_FLIGHTS, RATE = 0.6, 0.9, 3, 30
 SIZE = (160, 120)
 
@@ -16,7 +19,7 @@ def spans() -> list[tuple[float, float]]:
     return [(start, start + FLIGHT) for start in REST + np.arange(N_FLIGHTS) * (FLIGHT + REST)]
 
 
-def place(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def place(times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return where the ball is, pixels from the left and from the top."""
     along, height = np.full_like(times, 20.0), np.zeros_like(times)
     for start, _ in spans():
@@ -29,14 +32,15 @@ def place(times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def write_ball(path: Path) -> Path:
     """Draw and write the footage: a textured wall, grain, and the ball."""
-    import av
-
+    av = needed("av")
     chance = np.random.default_rng(4)
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]].astype(float)
     wall = 90 + 25 * np.sin(x / 6) * np.cos(y / 5)
     n = round((N_FLIGHTS * (FLIGHT + REST) + REST) * RATE) + 1
     with av.open(str(path), "w") as output:
         stream = output.add_stream("libx264", rate=Fraction(RATE), options={"crf": "14"})
+        # As many threads everywhere: how many there are shows in what x264 writes.
+        stream.codec_context.thread_count = 1
         stream.width, stream.height, stream.pix_fmt = *SIZE, "yuv420p"
         for number, (px, py) in enumerate(zip(*place(np.arange(n) / RATE), strict=True)):
             distance = np.hypot(x - px, y - py)
