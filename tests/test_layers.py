@@ -41,8 +41,8 @@ MAY_IMPORT = {
     "motion": {"kernels"},
     "kernels": set(),
     "files": set(),
-    # A saved warp is a file; no other of its modules opens one.
-    "warp": {"motion", "files"},
+    # A saved warp is a file; no other of its modules opens one. Averages over windows are computed by the kernels.
+    "warp": {"motion", "files", "kernels"},
     "search": {"motion", "warp", "kernels"},
     "formats": {"motion", "warp", "files", "kernels"},
     "hosts": {"motion", "warp", "formats", "files"},

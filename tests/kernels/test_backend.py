@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -135,3 +136,29 @@ def test_info_says_why_nothing_is_compiled(record: str, reason: str) -> None:
     assert (document["backend"], document["compiled_available"]) == ("numpy", False)
     assert document["compiled_build"] == record
     assert reason in document["why_not_compiled"]
+
+
+@pytest.mark.parametrize("backend", ["compiled", "numpy"])
+def test_memory_that_was_freed_can_be_kept(backend: str) -> None:
+    """Arrays come and go as before; with glibc a second array of a size takes no new pages."""
+    if backend == "compiled" and not compiled_available():
+        pytest.skip("the compiled kernels are not here")
+    child = """
+import resource, sys
+import numpy as np
+import retime.kernels
+if sys.argv[1] == "numpy":
+    retime.kernels.compiled_available = lambda: False
+retime.kernels.keep_freed_memory()
+np.ones(5_000_000)
+before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(5):
+    assert np.ones(5_000_000).sum() == 5e6
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+    if sys.platform == "win32":
+        pytest.skip("Windows does not count pages")
+    done = subprocess.run([sys.executable, "-c", child, backend], capture_output=True, text=True, check=True)
+    if backend == "compiled" and platform.libc_ver()[0] == "glibc":
+        # One array alone has ten thousand pages, or twenty large ones.
+        assert int(done.stdout) < 20

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import warnings
 from collections.abc import Callable
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from retime.motion.motion import Up
 
 PATH = click.Path(path_type=Path)
+# Bytes of a file from which a command's arrays are so large that clearing memory for them takes its time.
+_LONG_TAKE = 1 << 23
 
 
 Parsed = TypeVar("Parsed")
@@ -118,10 +121,14 @@ class ClipOptions:
         One that stands `beside` another needn't have the channels that kinds were given for, nor the joint of `root`.
         """
         from retime.formats.registry import read_with, refuse_unfit
+        from retime.kernels import keep_freed_memory
         from retime.media.kinds import is_media
         from retime.motion.first_frames import hint_at_first_frames
 
         options = self.read_options()
+        with contextlib.suppress(OSError):
+            if path.stat().st_size > _LONG_TAKE:
+                keep_freed_memory()
         if is_media(path):
             from retime.media.features import video_signal
 

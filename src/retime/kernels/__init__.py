@@ -107,6 +107,13 @@ class Backend(Protocol):
         Fills positions, rotations (of those shapes) and positions of end sites (n_frames, n_sites, 3).
         """
 
+    def average_turns(self, turns: AveragedTurns, rotations: FloatArray, sampled: FloatArray) -> None:
+        """Change what was sampled (n_output, n_joints, 4) by means of rotations (n_frames, n_joints, 4) over windows.
+
+        Where a joint's window is open, it is turned, in space, as the mean pose of its group has it. A mean is that of
+        quaternions which lie each on the side of the frame before, of unit length.
+        """
+
     def extent(self, numbers: FloatArray) -> tuple[float, float]:
         """Return the least and the greatest number, of any shape; both are NaN where one is not finite."""
 
@@ -162,6 +169,43 @@ class PosedJoints:
     site_parents: IntArray
     site_offsets: FloatArray
     turn: FloatArray
+
+    __repr__ = brief_repr
+
+
+@dataclass(frozen=True, eq=False)
+class AveragedTurns:
+    """Joints in groups, each with poses of its own, and the windows that these are averaged over.
+
+    Attributes
+    ----------
+    parents : int array, shape (n_joints,)
+        Each joint's, which stands before it; -1 for none.
+    groups : int array, shape (n_joints,)
+        The group whose poses turn it.
+    widths : int array, shape (n_groups, n_joints)
+        Which half-widths a joint of a group's poses has; -1 where the group needs it not: neither turns it, nor what is
+        below it.
+    own : int array, shape (n_groups,)
+        The half-widths that tell where a group turns anything.
+    halves : float array, shape (n_halves, n_output)
+        Half-widths of windows, in frames.
+    centres : float array, shape (n_output,)
+        Middles of windows, in frames.
+    closed : float
+        Half-widths up to this are none.
+    shortest : float
+        Length of a mean below which there is none: what was sampled stays.
+    """
+
+    parents: IntArray
+    groups: IntArray
+    widths: IntArray
+    own: IntArray
+    halves: FloatArray
+    centres: FloatArray
+    closed: float
+    shortest: float
 
     __repr__ = brief_repr
 
@@ -312,6 +356,15 @@ def build_record() -> str:
     except ImportError:
         return "unknown"
     return str(record.KERNELS)
+
+
+def keep_freed_memory() -> None:
+    """Have this process keep what it frees for what it allocates next: for a command that works on one long take.
+
+    Does nothing without the compiled kernels, and where the system's own allocator keeps it.
+    """
+    if compiled_available():
+        importlib.import_module("retime.kernels._kernels").keep_freed_memory()
 
 
 def compiled_available() -> bool:

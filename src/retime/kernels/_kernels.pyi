@@ -145,5 +145,20 @@ def pose_joints(
     end_positions: FloatArray,
     /,
 ) -> None: ...
+def average_turns(
+    parents: IntArray,
+    groups: IntArray,
+    widths: IntArray,
+    own: IntArray,
+    halves: FloatArray,
+    centres: FloatArray,
+    closed: float,
+    least: float,
+    rotations: FloatArray,
+    n_threads: int,
+    sampled: FloatArray,
+    /,
+) -> None: ...
+def keep_freed_memory() -> None: ...
 def extent(numbers: FloatArray, n_threads: int, /) -> tuple[float, float]: ...
 def squared_lengths(quaternions: FloatArray, n_threads: int, /) -> tuple[float, float]: ...

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from retime.arrays import FloatArray, IntArray
 from retime.kernels import (
+    AveragedTurns,
     PathProblem,
     PosedJoints,
     PricedPath,
@@ -259,6 +260,12 @@ def pose_joints(
     told = joints.parents, joints.site_parents, joints.site_offsets, joints.turn
     positions, global_rotations, end_positions = out
     _kernels.pose_joints(*told, rotations, translations, n_threads(), positions, global_rotations, end_positions)
+
+
+def average_turns(turns: AveragedTurns, rotations: FloatArray, sampled: FloatArray) -> None:
+    """Turn joints as averaged poses have them; see `retime.kernels.Backend`."""
+    told = turns.parents, turns.groups, turns.widths, turns.own, turns.halves, turns.centres
+    _kernels.average_turns(*told, turns.closed, turns.shortest**2, rotations, n_threads(), sampled)
 
 
 def extent(numbers: FloatArray) -> tuple[float, float]:

@@ -4,6 +4,8 @@
 #include <nanobind/ndarray.h>
 
 #include "aligned_path.hpp"
+#include "averaged_turns.hpp"
+#include "freed_memory.hpp"
 #include "layered_path.hpp"
 #include "number_rows.hpp"
 #include "poses.hpp"
@@ -210,6 +212,18 @@ NB_MODULE(_kernels, m) {
             retime::pose_joints(joints, rotations.data(), translations.data(), rotations.shape(0), n_threads, out);
         });
     });
+
+    m.def("average_turns", [](Integers parents, Integers groups, Integers widths, Integers own, Doubles halves,
+                              Doubles centres, double closed, double least, Doubles rotations, int n_threads,
+                              Output sampled) {
+        const retime::AveragedTurns turns{parents.data(), groups.data(), parents.shape(0), widths.data(),    own.data(),
+                                          own.shape(0),   halves.data(), centres.data(),   centres.shape(0), closed,
+                                          least};
+        unlocked(
+            [&] { retime::average_turns(turns, rotations.data(), rotations.shape(0), n_threads, sampled.data()); });
+    });
+
+    m.def("keep_freed_memory", [] { retime::keep_freed_memory(); });
 
     m.def("extent", [](Doubles numbers, int n_threads) {
         const auto found = unlocked([&] { return retime::extent(numbers.data(), numbers.size(), n_threads); });

@@ -13,7 +13,17 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from retime.arrays import FloatArray, IntArray
-from retime.kernels import PathProblem, PosedJoints, PricedPath, RowFormat, StepPairs, TurnedJoints, turn_axes
+from retime.kernels import (
+    AveragedTurns,
+    PathProblem,
+    PosedJoints,
+    PricedPath,
+    RowFormat,
+    StepPairs,
+    TurnedJoints,
+    turn_axes,
+)
+from retime.kernels.windows import window_weights
 from retime.progress import look
 
 _LANES = 16
@@ -598,6 +608,80 @@ def _transform_rows(q: FloatArray, origin: FloatArray, v: FloatArray, out: Float
     out[0] = origin[0] + v[0] + w * tx + y * tz - z * ty
     out[1] = origin[1] + v[1] + w * ty + z * tx - x * tz
     out[2] = origin[2] + v[2] + w * tz + x * ty - y * tx
+
+
+def average_turns(turns: AveragedTurns, rotations: FloatArray, sampled: FloatArray) -> None:
+    """Turn joints as averaged poses have them; see `retime.kernels.Backend`."""
+    poses = [_average_pose(turns, widths, rotations, sampled) for widths in turns.widths]
+    for joint, (group, parent) in enumerate(zip(turns.groups.tolist(), turns.parents.tolist(), strict=True)):
+        fast = np.flatnonzero(turns.halves[turns.own[group]] > turns.closed)
+        own = poses[group][joint][:, fast]
+        if parent >= 0 and turns.groups[parent] != group:
+            # The parent carries a foot that this joint doesn't, and may be averaged over less.
+            above = poses[turns.groups[parent]]
+            there, here = (_turn_in_space(pose, turns.parents, parent, fast) for pose in (above, poses[group]))
+            there[1:] *= -1.0
+            own = _times(_times(there, here), own)
+        sampled[fast, joint] = own.T
+
+
+def _average_pose(
+    turns: AveragedTurns, widths: IntArray, rotations: FloatArray, sampled: FloatArray
+) -> dict[int, FloatArray]:
+    """Local rotations of the joints that a group needs, each (4, n_output), averaged over their windows."""
+    pose: dict[int, FloatArray] = {}
+    for joint in np.flatnonzero(widths >= 0).tolist():
+        half = turns.halves[widths[joint]]
+        fast = np.flatnonzero(half > turns.closed)
+        turn = sampled[:, joint].T.copy()
+        low, high = turns.centres[fast] - half[fast], turns.centres[fast] + half[fast]
+        means = _window_sums(_one_side(rotations[:, joint]), low, high).T
+        apart = _four(means, means) < turns.shortest**2
+        means[:, apart] = turn[:, fast[apart]]
+        turn[:, fast] = means / np.sqrt(_four(means, means))
+        pose[joint] = turn
+    return pose
+
+
+def _turn_in_space(pose: dict[int, FloatArray], parents: IntArray, joint: int, frames: IntArray) -> FloatArray:
+    """Global rotation of a joint in some frames of a pose, (4, n)."""
+    turn = pose[joint][:, frames]
+    while parents[joint] >= 0:
+        joint = int(parents[joint])
+        turn = _times(pose[joint][:, frames], turn)
+    return turn
+
+
+def _times(a: FloatArray, b: FloatArray) -> FloatArray:
+    out = np.empty_like(a)
+    _multiply_rows(a, b, out)
+    return out
+
+
+def _four(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Inner products of quaternions, one row a component."""
+    return np.asarray(((a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]) + a[3] * b[3])
+
+
+def _one_side(rotations: FloatArray) -> FloatArray:
+    """Flip quaternions (n_frames, 4) so that each lies on its predecessor's side."""
+    turns = _four(rotations[1:].T, rotations[:-1].T) < 0
+    sides = np.ones(len(rotations))
+    sides[1:][np.cumsum(turns) % 2 == 1] = -1.0
+    return rotations * sides[:, None]
+
+
+def _window_sums(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Add up the frames (n_frames, ...) of each window as they weigh, one after another."""
+    first = np.minimum(low.astype(np.intp), len(values) - 1)
+    counts = np.minimum(np.ceil(high).astype(np.intp), len(values) - 1) - first + 1
+    sums = np.zeros((len(low), values.shape[1]))
+    here = np.arange(len(low))
+    for step in range(int(counts.max(initial=0))):
+        here = here[counts[here] > step]
+        frames = first[here] + step
+        sums[here] += values[frames] * window_weights(frames, low[here], high[here])[:, None]
+    return sums
 
 
 def extent(numbers: FloatArray) -> tuple[float, float]:

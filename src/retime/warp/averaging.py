@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
-from retime.motion import rotation
+from retime.kernels import AveragedTurns, backend
+from retime.kernels.windows import window_weights
 from retime.motion.any_motion import AnyMotion
 from retime.motion.blending import one_side, unit_length, within_turn
 from retime.motion.body import above_body
@@ -27,8 +28,8 @@ CLOSED = 1e-6
 
 # Windows of more frames are summed one by one.
 _LONG = 16
-# Joints averaged at once: of a long take, all of them would take as much memory as three more of it.
-_TOGETHER = 8
+# Of neighbouring quaternions that go all the way round and cancel, the mean is shorter than this, and no rotation.
+_SHORTEST = 0.1
 
 
 def window_frames(warp: Warp, rate: float, output_times: FloatArray, *, loop: bool = False) -> FloatArray:
@@ -228,7 +229,7 @@ def average_channels(sampled: FloatArray, signal: Signal, windows: Windows) -> F
         rotations = windows.continued(values[:, columns])
         fast, means = windows.means(one_side(unit_length(rotations)), half)
         # Where they go all the way round and cancel there is no mean: those keep the sampled rotation.
-        near = np.flatnonzero(np.einsum("fc,fc->f", means, means) >= 0.1**2)
+        near = np.flatnonzero(np.einsum("fc,fc->f", means, means) >= _SHORTEST**2)
         turned = shown[:, columns]
         turned[fast[near]] = unit_length(means[near])
         shown[:, columns] = one_side(turned)
@@ -255,60 +256,31 @@ def _beside_gaps(
 
 def average_rotations(rotations: FloatArray, motion: Motion, windows: Windows, groups: list[JointGroup]) -> None:
     """Turn each joint, in space, as the pose averaged over its window would have it; sampled rotations change."""
-    parents = motion.skeleton.parents
-    poses = [_average_pose(rotations, motion, windows, group) for group in groups]
-    # The averaged pose that each joint belongs to; for all of them first, as a parent may be in a later group.
-    turned_by = {joint: pose for group, pose in zip(groups, poses, strict=True) for joint in group.joints.tolist()}
-    for group, pose in zip(groups, poses, strict=True):
-        fast = np.flatnonzero(group.half > CLOSED)
-        for joint in group.joints.tolist():
-            own, parent = pose[joint][fast], parents[joint]
-            if parent >= 0 and turned_by[parent] is not pose:
-                # The parent carries a foot that this joint doesn't, and may be averaged over less.
-                there, here = (_turn_in_space(each, parents, parent, fast) for each in (turned_by[parent], pose))
-                own = rotation.multiply(rotation.multiply(rotation.conjugate(there), here), own)
-            rotations[fast, joint] = own
-
-
-def _turn_in_space(pose: Mapping[int, FloatArray], parents: Sequence[int], joint: int, frames: IntArray) -> FloatArray:
-    """Global rotation of a joint in some frames of a pose."""
-    turn = pose[joint][frames]
-    while parents[joint] >= 0:
-        joint = parents[joint]
-        turn = rotation.multiply(pose[joint][frames], turn)
-    return turn
-
-
-def _average_pose(sampled: FloatArray, motion: Motion, windows: Windows, group: JointGroup) -> dict[int, FloatArray]:
-    """Local rotations of a group's chain, each (n_output, 4), averaged over the group's windows."""
-    pose: dict[int, FloatArray] = {}
-    parts = (
-        (chain[first : first + _TOGETHER], half)
-        for chain, half in windows.of(group.chain, group.half)
-        for first in range(0, len(chain), _TOGETHER)
+    n_joints = motion.skeleton.n_joints
+    turned_by = np.zeros(n_joints, dtype=np.int64)
+    widths = np.full((len(groups), n_joints), -1, dtype=np.int64)
+    halves: list[FloatArray] = []
+    own = []
+    for place, group in enumerate(groups):
+        turned_by[group.joints] = place
+        widths[place, group.chain] = len(halves)
+        own.append(len(halves))
+        halves.append(group.half)
+        for joints, half in windows.of(group.chain, group.half):
+            if half is not group.half:
+                widths[place, joints] = len(halves)
+                halves.append(half)
+    turns = AveragedTurns(
+        np.array(motion.skeleton.parents, dtype=np.int64),
+        turned_by,
+        widths,
+        np.array(own, dtype=np.int64),
+        np.array(halves),
+        windows.centre + windows.beyond,
+        CLOSED,
+        _SHORTEST,
     )
-    for joints, half in parts:
-        result = sampled[:, joints]
-        # The mean of neighbouring quaternions, all on one side and scaled to unit length, is their mean rotation.
-        # Where they go all the way round and cancel there is no mean: those joints keep the sampled rotation.
-        fast, means = windows.means(_one_side(windows.continued(motion.rotations[:, joints])), half)
-        apart = np.einsum("fjc,fjc->fj", means, means) < 0.1**2
-        if apart.any():
-            means[apart] = result[fast][apart]
-        result[fast] = rotation.normalize(means)
-        pose |= {joint: result[:, column] for column, joint in enumerate(joints.tolist())}
-    return pose
-
-
-def _one_side(rotations: FloatArray) -> FloatArray:
-    """Flip quaternions (n_frames, n_joints, 4) so that each lies on its predecessor's side."""
-    turns = np.einsum("fjc,fjc->fj", rotations[1:], rotations[:-1]) < 0
-    if not turns.any():
-        return rotations
-    flips = np.cumsum(turns, axis=0) % 2 == 1
-    sides = np.ones((*rotations.shape[:2], 1))
-    sides[1:][flips] = -1.0
-    return rotations * sides
+    backend(warn=False).average_turns(turns, np.ascontiguousarray(windows.continued(motion.rotations)), rotations)
 
 
 def _window_means(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -321,7 +293,7 @@ def _window_means(values: FloatArray, low: FloatArray, high: FloatArray) -> Floa
     long = np.flatnonzero(counts > _LONG)
     for window in long:
         frames = np.arange(first[window], first[window] + counts[window])
-        means[window] = _weights(frames, low[window], high[window]) @ flat[frames[0] : frames[-1] + 1]
+        means[window] = window_weights(frames, low[window], high[window]) @ flat[frames[0] : frames[-1] + 1]
     # The others step by step, all at once, the longest first. Sums stay local, so long clips lose no digits.
     order = np.argsort(-counts, kind="stable")[len(long) :]
     first, low, high, counts = first[order], low[order], high[order], counts[order]
@@ -330,17 +302,7 @@ def _window_means(values: FloatArray, low: FloatArray, high: FloatArray) -> Floa
         n = int(np.searchsorted(-counts, -step, side="left"))
         frames = first[:n] + step
         term = flat[frames]
-        term *= _weights(frames, low[:n], high[:n])[:, None]
+        term *= window_weights(frames, low[:n], high[:n])[:, None]
         total[:n] += term
     means[order] = total
     return means.reshape(len(means), *values.shape[1:])
-
-
-def _weights(frames: IntArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Weight of frames in the means over windows: the areas, inside the window, of the hats that stand on them."""
-    a, b = np.clip(low - frames, -1.0, 1.0), np.clip(high - frames, -1.0, 1.0)
-    # From a to b: 1 + x where x < 0, 1 - x where x > 0. Each side is a width times its middle's height.
-    left, right = np.minimum(b, 0.0) - np.minimum(a, 0.0), np.maximum(b, 0.0) - np.maximum(a, 0.0)
-    area = left * (1.0 + (np.minimum(a, 0.0) + np.minimum(b, 0.0)) / 2)
-    area += right * (1.0 - (np.maximum(a, 0.0) + np.maximum(b, 0.0)) / 2)
-    return np.asarray(area / (high - low))
