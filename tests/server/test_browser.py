@@ -305,3 +305,30 @@ def test_a_video_goes_with_the_warp_and_the_stage_is_filmed_frame_by_frame(rooms
     for half in (slice(0, 320), slice(320, 640)):
         assert all(np.abs(a[:, half].astype(int) - b[:, half]).max() > 40 for a, b in pairwise(shown))
     assert document.media == MediaFile(str(Path(rooms["folder"]) / "take.webm"), "0.25", "output")
+
+
+def test_a_group_is_aligned_seen_through_its_camera_and_written_at_once(rooms):
+    folder = Path(rooms["folder"])
+    first, second = figure("first"), figure("second", swing=0.9, seconds=3.0)
+    retime.write(first, folder / "first.bvh")
+    retime.write(second, folder / "second.bvh")
+    t = np.arange(121) / 30
+    turn = np.radians(20 + 50 * t / 4)
+    columns = [4.5 * np.sin(turn), 1.4 + 0 * t, 4.5 * np.cos(turn), np.degrees(turn), -4 + 0 * t, 0 * t]
+    camera = retime.Signal(("tx", "ty", "tz", "pan", "tilt", "roll"), np.stack(columns, axis=1), Fraction(30))
+    retime.write(camera, folder / "camera.csv")
+    found = drive("group.mjs", 180, clips=["first.bvh", "second.bvh", "camera.csv"], **rooms)
+    document = read_project(str(found["project"])).document
+    assert [clip.last_frame for clip in document.clips] == [180, None, 90]
+    assert [clip.offset for clip in document.clips] == [None, None, None]
+    # What the page made is what the library makes of the same words.
+    warp = retime.guided_warp(first.frames(0, 181), length="70%").warp
+    clips = {"out_first.bvh": first.frames(0, 181), "out_second.bvh": second, "out_camera.csv": camera.frames(0, 91)}
+    assert sorted(clips) == sorted(map(str, found["written"]))
+    for name, clip in clips.items():
+        read, expected = retime.read(folder / name), retime.apply_warp(clip, warp)
+        assert read.n_frames == expected.n_frames
+        if isinstance(expected, retime.Signal):
+            np.testing.assert_allclose(read.values, expected.values, atol=1e-5)
+        else:
+            np.testing.assert_allclose(read.translations[:, 0], expected.translations[:, 0], atol=1e-5)

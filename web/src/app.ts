@@ -252,7 +252,7 @@ export class App {
     store.select(null);
     store.point(null);
     this.player.rewind();
-    store.look({ companion: "input", showB: false, clip: 0, reference: 0 });
+    store.look({ companion: "input", showB: false, clip: 0, reference: 0, through: false });
     this.timeline.fit();
   }
 

@@ -23,6 +23,8 @@ export interface ViewSettings {
   readonly heard: boolean;
   /** Which clip of a group the camera follows, or which signal is drawn. */
   readonly clip: number;
+  /** The stage is seen through the group's camera. */
+  readonly through: boolean;
   /** Which reference is looked at. */
   readonly reference: number;
 }
@@ -40,6 +42,7 @@ export const PLAIN_VIEW: ViewSettings = {
   snapBeats: true,
   heard: true,
   clip: 0,
+  through: false,
   reference: 0,
 };
 

@@ -18,6 +18,7 @@ export function clipOf(change: Partial<Clip>): Clip {
     start_time: 0,
     n_whole: 41,
     counterparts: [],
+    camera: new Float32Array(),
     names: [],
     parents: [],
     positions: new Float32Array(),

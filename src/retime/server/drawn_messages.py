@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from retime.errors import OptionError
 from retime.evaluate.metrics.flights import flight_spans
 from retime.motion.any_motion import AnyMotion
 from retime.motion.body import body_of
+from retime.motion.cameras import camera_path
 from retime.motion.contacts import contacts
 from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import global_poses, metres_per_unit
@@ -25,8 +28,9 @@ def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]
     first = sources.clips[0]
     # Each message says how many clips there are, so a change of that number sends all of them again.
     clips = before.clips if before is not None and len(before.clips) == len(sources.clips) else ()
+    unit = unit_of_signals(sources.clips)
     found = [
-        _clip("clip", i, len(sources.clips), clip, clip, ())
+        _clip("clip", i, len(sources.clips), clip, clip, (), unit)
         for i, clip in enumerate(sources.clips)
         if not clips or clip is not clips[i]
     ]
@@ -36,8 +40,14 @@ def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]
             continue
         clip = reference.clips[0]
         counterparts = counterparts_of(first, clip, reference)
-        found.append(_clip("reference", i, len(sources.references), clip, whole, counterparts))
+        found.append(_clip("reference", i, len(sources.references), clip, whole, counterparts, unit))
     return found
+
+
+def unit_of_signals(clips: Sequence[AnyMotion]) -> float:
+    """Return the metres of a unit of a group's signals that say none: they are taken to have the figure's."""
+    figures = [clip for clip in clips if isinstance(clip, Motion) and camera_path(clip) is None]
+    return metres_per_unit(figures[0]) if figures else 1.0
 
 
 def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> tuple[str, ...]:
@@ -59,7 +69,15 @@ def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> 
     return tuple(found.get(joint, "") for joint in range(len(own)))
 
 
-def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, counterparts: tuple[str, ...]) -> Clip:
+def _clip(
+    what: str,
+    index: int,
+    count: int,
+    clip: AnyMotion,
+    whole: AnyMotion,
+    counterparts: tuple[str, ...],
+    unit: float,
+) -> Clip:
     # Of a figure its body is shown: nodes above it, and what else hangs on those, are no part of it.
     shown = body_of(clip) if isinstance(clip, Motion) else clip
     names, parents = clip_nodes(shown)
@@ -73,6 +91,7 @@ def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, 
         feet, stands = _contacts(shown)
     else:
         values = shown.values
+    camera = camera_path(clip, unit=unit) if what == "clip" else None
     return Clip(
         what="reference" if what == "reference" else "clip",
         index=index,
@@ -94,6 +113,7 @@ def _clip(what: str, index: int, count: int, clip: AnyMotion, whole: AnyMotion, 
         feet=feet,
         contacts=np.array(stands, dtype=np.float64).reshape(-1, 3),
         counterparts=counterparts,
+        camera=np.zeros((0, 8), np.float32) if camera is None else camera.astype(np.float32),
     )
 
 

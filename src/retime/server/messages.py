@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 7
+VERSION = 8
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -484,6 +484,9 @@ class Clip:
     counterparts : list of str
         Of a reference: for each joint (or channel) of the first clip the reference's that stands for it, empty where
         none does. Of a clip empty.
+    camera : float32 array, shape (n_frames, 8)
+        Of a clip that is a camera: where it is (metres), how it is turned (wxyz; it looks along its own -Z), and what
+        it sees from the lower edge to the upper (degrees). Of others empty.
     """
 
     what: Literal["clip", "reference"]
@@ -506,6 +509,7 @@ class Clip:
     feet: tuple[str, ...]
     contacts: Float64s
     counterparts: tuple[str, ...]
+    camera: Float32s
 
     __repr__ = brief_repr
 

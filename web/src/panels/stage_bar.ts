@@ -1,12 +1,13 @@
 /** What lies over the stage: how it is looked at, and who is who. */
 
 import { make, setAttribute, setText } from "../dom";
+import { cameraOf } from "../stage/cameras";
 import type { Store, Topic } from "../store";
 import type { ViewSettings } from "../view_settings";
 import { nearestMatch } from "../why";
 import { ChannelList } from "./channels";
 
-type Switch = "follow" | "ground" | "trails" | "onion";
+type Switch = "follow" | "ground" | "trails" | "onion" | "through";
 
 export class StageBar {
   readonly root: HTMLElement;
@@ -45,6 +46,7 @@ export class StageBar {
       ground: make_switch("ground", "Ground", "Grid and shadow"),
       trails: make_switch("trails", "Trails", "Where hands, feet and head go: a dot each thirtieth of a second (T)"),
       onion: make_switch("onion", "Onion skins", "Poses at even output times (O)"),
+      through: make_switch("through", "Through camera", "See both sides through the group's camera"),
     };
     const reset = make("button", { type: "button", class: "button", title: "Look from where it began" }, "Reset view");
     reset.addEventListener("click", frame);
@@ -58,6 +60,7 @@ export class StageBar {
       make(
         "span",
         { class: "group", role: "group", "aria-label": "Shown" },
+        this.switches.through,
         this.switches.follow,
         this.switches.ground,
         this.switches.trails,
@@ -76,9 +79,10 @@ export class StageBar {
     const { view, playback, why, hover, references } = this.store;
     for (const name of ["side", "over"] as const)
       setAttribute(this.layouts[name], "aria-pressed", String(view.layout === name));
-    for (const name of ["follow", "ground", "trails", "onion"] as const) {
+    for (const name of ["follow", "ground", "trails", "onion", "through"] as const) {
       setAttribute(this.switches[name], "aria-pressed", String(view[name]));
     }
+    this.switches.through.hidden = cameraOf(this.store.clips, view.clip) === null;
     this.channels.update();
     const side = view.layout === "side";
     this.divider.hidden = !side;

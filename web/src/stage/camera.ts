@@ -18,11 +18,13 @@ export class StageCamera {
     this.controls.addEventListener("change", turned);
   }
 
-  /** Look at all of the figures; where the camera goes along with one, at that one's height. */
-  frame(casts: readonly Cast[], follow: boolean): void {
+  /**
+   * Look at all of the figures, and what else is told; where the camera goes along with a figure, at that one's height.
+   */
+  frame(casts: readonly Cast[], follow: boolean, beside: THREE.Box3): void {
     const [first] = casts;
     if (!first) return;
-    const travel = travelOf(casts);
+    const travel = travelOf(casts).union(beside);
     const centre = travel.getCenter(new THREE.Vector3());
     const across = travel.getSize(new THREE.Vector3()).length();
     const way = rootAt(first, first.clip.n_frames - 1).sub(rootAt(first, 0));

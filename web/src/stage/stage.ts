@@ -11,6 +11,7 @@ import { inputAt } from "../warp";
 import { nearestMatch } from "../why";
 import { showAround } from "./around";
 import { StageCamera, travelOf } from "./camera";
+import { CameraRig, cameraOf, eyeOf, isCamera } from "./cameras";
 import { Cast, COMPANION, OUTPUT } from "./cast";
 import { drawsInSoftware, makeRenderer } from "./gpu";
 import { Ground } from "./ground";
@@ -43,6 +44,9 @@ export class Stage {
   private readonly scene = new THREE.Scene();
   private readonly signals: SignalView;
   private casts: Cast[] = [];
+  private rigs: CameraRig[] = [];
+  /** The input times that the two sides show. */
+  private moments = { output: 0, companion: 0 };
   private ground: Ground | null = null;
   /** The clips that the casts were made of. */
   private shown: readonly Clip[] = [];
@@ -98,7 +102,9 @@ export class Stage {
   /** Look at all of the figures again, from where the camera stood at first. */
   frame(): void {
     if (!this.camera || this.casts.length === 0) return;
-    this.camera.frame(this.casts, this.store.view.follow);
+    const beside = new THREE.Box3();
+    for (const rig of this.rigs) beside.union(rig.box);
+    this.camera.frame(this.casts, this.store.view.follow, beside);
     this.turned();
   }
 
@@ -109,20 +115,24 @@ export class Stage {
 
   /** Put the figures of all clips on the stage, in the place of those before. */
   private cast(renewed: boolean): void {
-    for (const cast of this.casts) cast.dispose();
+    for (const one of [...this.casts, ...this.rigs]) one.dispose();
+    this.rigs = [];
     this.ground?.dispose();
     this.ground = null;
     const { clips } = this.store;
     const { palette } = this.theme;
     this.companionColor = "";
+    const figures = clips.filter((clip) => clip.holds === "motion" && clip.n_nodes > 0);
+    // A camera is no figure, unless it is all there is.
+    const isFigure = (clip: Clip): boolean => figures.includes(clip) && (!isCamera(clip) || figures.every(isCamera));
     this.casts = clips.flatMap((clip, i) => {
       const color = clips.length > 1 ? figureColor(clips, i) : null;
-      return clip.holds === "motion" && clip.n_nodes > 0
-        ? [new Cast(clip, this.scene, palette, color && palette[color])]
-        : [];
+      return isFigure(clip) ? [new Cast(clip, this.scene, palette, color && palette[color])] : [];
     });
     const [first] = this.casts;
     if (!first) return;
+    const colors = { companion: palette["figure-input"], output: palette.output };
+    this.rigs = clips.filter(isCamera).map((clip) => new CameraRig(clip, this.scene, colors, 0.35 * first.height));
     const travel = travelOf(this.casts);
     const color = new THREE.Color(palette["stage-line"]);
     this.ground = new Ground({ low: travel.min, high: travel.max }, first.height, first.level, color);
@@ -152,8 +162,12 @@ export class Stage {
     const focus = this.casts.find((cast) => cast.clip === store.clips[view.clip]) ?? this.casts[0];
     const places = focus?.places();
     const half = view.layout === "side" ? width / 2 : width;
+    const camera = view.through ? cameraOf(store.clips, view.clip) : null;
     const look = (left: number, layers: readonly number[], place: THREE.Vector3 | undefined): void => {
-      const eye = this.camera?.eye(half / height, layers, view.follow ? place : undefined);
+      const moment = layers.includes(OUTPUT) ? this.moments.output : this.moments.companion;
+      const eye = camera
+        ? eyeOf(camera, moment, half / height, layers)
+        : this.camera?.eye(half / height, layers, view.follow ? place : undefined);
       if (!eye) return;
       renderer.setViewport(left, 0, half, height);
       renderer.setScissor(left, 0, half, height);
@@ -201,6 +215,8 @@ export class Stage {
       cast.showGhost(null, 0, false);
     }
     this.companionColor = color;
+    this.moments = { output: outputInput, companion: companionInput };
+    for (const rig of this.rigs) rig.pose(outputInput, companionInput, !view.through);
     if (!moment) this.showMatch(outputTime);
     if (this.ground) this.ground.object.visible = view.ground;
     return true;

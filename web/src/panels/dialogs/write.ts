@@ -2,6 +2,7 @@
 
 import type { Connection } from "../../connection";
 import { make, setAttribute, setText } from "../../dom";
+import { groupPaths } from "../../group";
 import { HOSTS, type Host } from "../../hosts";
 import { FILM_SIZES, type FilmDialog, type FilmSize } from "../../media/film_dialog";
 import type { Found } from "../../messages";
@@ -10,6 +11,9 @@ import { check, choice, textField } from "../fields";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
 
 type Export = "motion" | "warp" | "curve" | "picture" | "film";
+
+/** Of a group: every clip. */
+const ALL = "all";
 
 export class WriteDialog {
   readonly root = makeDialog("Write");
@@ -25,6 +29,9 @@ export class WriteDialog {
   private readonly overwrite = check("Replace the file if it is there", "", (on) => (this.mayOverwrite = on));
   private mayOverwrite = false;
   private saving = true;
+  /** Of all clips of a group: where they are to be written, and those places that may be. */
+  private asked: readonly string[] = [];
+  private readonly allowed = new Map<number, string>();
   private readonly size = choice<FilmSize>("Size", "Pixels of the film", () => true);
   /** Films the stage; null where it can't be filmed. */
   film: FilmDialog | null = null;
@@ -72,7 +79,10 @@ export class WriteDialog {
       this.kind || "motion",
     );
     this.clip.show(
-      this.store.clips.map((clip, i) => ({ value: String(i), text: clip.name })),
+      [
+        ...this.store.clips.map((clip, i) => ({ value: String(i), text: clip.name })),
+        { value: ALL, text: `All ${this.store.clips.length} clips` },
+      ],
       String(this.store.view.clip),
     );
     this.host.show(
@@ -90,7 +100,9 @@ export class WriteDialog {
   }
 
   /** The server says whether a file that was named may be written, and whether it is there already. */
-  found({ path, place, refused: reason, exists }: Found): void {
+  found(found: Found): void {
+    if (this.isAll) return this.foundOne(found);
+    const { path, place, refused: reason, exists } = found;
     if (!this.root.open || this.path.input.value.trim() !== path) return;
     const inTheWay = exists && !this.mayOverwrite && place !== this.store.state?.path;
     const there = "This file is there already: choose another name, or tick the box to replace it.";
@@ -114,6 +126,30 @@ export class WriteDialog {
     }
   }
 
+  /** Of all clips of a group: once each may be written, all are. */
+  private foundOne({ path, place, refused, exists }: Found): void {
+    const index = this.asked.indexOf(path);
+    if (!this.root.open || index < 0) return;
+    const there = `${path} is there already: choose another name, or tick the box to replace what is there.`;
+    const reason = refused ?? (exists && !this.mayOverwrite ? there : null);
+    if (reason !== null) {
+      this.asked = [];
+      this.refusal.say(reason);
+      return;
+    }
+    this.allowed.set(index, place);
+    if (this.allowed.size < this.asked.length) return;
+    this.root.close();
+    for (const [clip, file] of [...this.allowed].sort(([a], [b]) => a - b)) {
+      this.connection.export("motion", file, clip, this.mayOverwrite);
+    }
+  }
+
+  /** Whether all clips of a group are to be written. */
+  private get isAll(): boolean {
+    return !this.saving && this.kind === "motion" && this.clip.select.value === ALL;
+  }
+
   /** The program that a curve is for. */
   private get chosen(): Host {
     const found = HOSTS.find(({ name }) => name === this.host.select.value) ?? HOSTS[0];
@@ -131,7 +167,7 @@ export class WriteDialog {
 
   /** The place of the clip that is exported. */
   private get which(): number {
-    return Number(this.clip.select.value || 0);
+    return this.isAll ? 0 : Number(this.clip.select.value || 0);
   }
 
   private submit(): void {
@@ -141,8 +177,20 @@ export class WriteDialog {
       input.focus();
       return;
     }
+    if (this.isAll) return this.askAll(path);
     input.value = this.saving && !/\.retime$/iu.test(path) ? `${path}.retime` : path;
     this.connection.find(input.value, true);
+  }
+
+  private askAll(pattern: string): void {
+    if (pattern.split("*").length !== 2) {
+      this.refusal.say("Write * once where the name of each clip is to stand.");
+      return;
+    }
+    this.refusal.say(null);
+    this.allowed.clear();
+    this.asked = groupPaths(pattern, this.store.document?.clips.map((clip) => clip.path) ?? []);
+    for (const path of this.asked) this.connection.find(path, true);
   }
 
   /** Suggest a path that says what is in it, beside the clip or the project. */
@@ -168,6 +216,11 @@ export class WriteDialog {
     const suffix =
       (named && host.suffixes.length > 1 && host.name === "maya" ? host.suffixes[1] : null) ?? host.suffixes[0];
     const [, stem = source, ending = ""] = /^(.*?)(\.[^./\\]+)?$/u.exec(source) ?? [];
+    if (this.isAll) {
+      const [folder = ""] = /^.*[\\/]/u.exec(source) ?? [];
+      this.path.input.value = `${folder}*_retimed`;
+      return true;
+    }
     this.path.input.value = this.saving
       ? (state?.path ?? `${stem}.retime`)
       : {

@@ -8,6 +8,7 @@ import type { Store } from "../../store";
 import { button, iconButton } from "../buttons";
 import type { Dialogs } from "../dialogs/dialogs";
 import { dot, fileName } from "../top";
+import { LengthNotes } from "./lengths";
 import { type ReadingFields, readingFields } from "./reading";
 import { documentOf, frame, type Section, type Side } from "./section";
 
@@ -35,7 +36,15 @@ export function clipsSection(side: Side): Section {
   );
   const { root, body } = frame("Clips", add);
   const rows = new ClipRows(body, store, connection, dialogs);
-  return { root, update: () => rows.update() };
+  const lengths = new LengthNotes(side);
+  root.append(lengths.root);
+  return {
+    root,
+    update() {
+      rows.update();
+      lengths.update();
+    },
+  };
 }
 
 /** A row for each clip of the group. */
