@@ -157,9 +157,10 @@ study: $(INSTALLED)  ## Run the paper's evaluations on the captures in DATA, int
 	$(PY) -m study --data $(DATA) --out out/study
 	$(PY) -m study.report.docs out/study docs/study
 
-bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py; write docs/performance.md
+bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py; write docs/performance.md and docs/since-0.1.md
 	set -e; for script in $(filter-out $(HEAVY_BENCHES),$(wildcard benchmarks/bench_*.py)); do $(PY) $$script; done
 	$(PY) tools/make_performance.py
+	$(PY) tools/make_comparison.py
 
 # What compares with packages that only .venv/extras has; the figures are printed.
 HEAVY_BENCHES := benchmarks/bench_batch.py benchmarks/bench_video.py

@@ -53,7 +53,7 @@ MENU = {
         "hosts",
     ],
     "Reference": ["cli", "options", "api", "reference/index", "conventions", "glossary", "project-file"],
-    "Method": ["method", "decisions", "study/README", "study/video", "performance"],
+    "Method": ["method", "decisions", "study/README", "study/video", "performance", "since-0.1"],
     "Trust": ["reliability", "portability", "stability", "changes", "contributing", "security", "conduct", "licence"],
 }
 

@@ -50,5 +50,8 @@ def test_what_has_no_place_in_it_is_refused(run, clips, tmp_path) -> None:
     assert "chooses frames itself" in run("report", clips.bvh, "--frames", "1:3", code=2).stderr
     (tmp_path / "film.mp4").write_bytes(b"\0\0\0\x18ftypmp42")
     assert "video" in run("report", "film.mp4", code=2).stderr
+    (tmp_path / "take").mkdir()
+    assert "make a report of one of them" in run("report", "take", code=2).stderr
+    (tmp_path / "take").rmdir()
     assert "No such file" in run("report", "none.bvh", code=1).stderr
     assert [path.name for path in Path().iterdir()] == ["film.mp4"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 import warnings
 import zipfile
@@ -186,6 +187,19 @@ def test_what_nobody_expected_is_reported_with_its_place_in_retime(tmp_path, mon
     assert re.search(r"^  in retime/formats/registry.py:\d+ read_with$", report.text, re.M)
     assert "Annabel" not in report.text
     assert str(tmp_path) not in report.text
+
+
+def test_keypoints_lose_the_names_that_nobody_knows(tmp_path) -> None:
+    path = tmp_path / "Annabel.json"
+    points = [{"x": 0.3, "y": 0.01 * n, "z": 0, "visibility": 0.9} for n in range(33)]
+    frames = [{"time": n / 30, "by": "Annabel", "landmarks": points} for n in range(9)]
+    path.write_text(json.dumps({"of": "Wagner", "frames": frames}), encoding="utf-8")
+    report = reported(path, confidence=0.5)
+    assert report.same, report.text
+    assert "--confidence 0.5" in report.text
+    content = report.files["clip.json"]
+    assert not [name for name in SECRET if name.encode() in content]
+    assert len(json.loads(content)["frames"]) == 9
 
 
 def test_a_report_that_would_be_too_large_says_so(tmp_path, monkeypatch) -> None:

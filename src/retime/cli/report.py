@@ -56,6 +56,8 @@ def command(*, clip: Path, clip_options: ClipOptions, output: Path | None, keep:
 
     if is_media(clip):
         raise OptionError(f"{clip} is video, pictures or sound, which can't be stripped of what they show: describe it")
+    if clip.is_dir():
+        raise OptionError(f"{clip} is a folder of files: make a report of one of them")
     if clip_options.frames is not None or clip_options.drop_first:
         raise OptionError("--frames and --drop-first have no place in a report, which chooses frames itself")
     place = output or _PLACE

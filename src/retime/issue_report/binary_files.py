@@ -202,6 +202,12 @@ def mask_gltf(data: bytes, names: StandIns) -> bytes:
     return b"".join([*parts, _mask_json(data[place:], names, known)])
 
 
+def mask_keypoints(data: bytes, names: StandIns) -> bytes:
+    """Replace the texts of keypoints in JSON that their reader does not know."""
+    known = words_of_modules("retime.formats.keypoints", "retime.formats.keypoint_layouts") | UNITS_AND_AXES
+    return _mask_json(data, names, known)
+
+
 def _mask_json(text: bytes, names: StandIns, known: frozenset[bytes]) -> bytes:
     def piece(match: re.Match[bytes]) -> bytes:
         found = match[0]

@@ -90,6 +90,7 @@ STRIPPINGS: dict[str, Stripping] = {
         lambda data, _, options: binary_files.shorter_npz(data, options),
         "of each array the first five rows and the last two, the others repeat the first; packed anew",
     ),
+    ".json": Stripping(_text(binary_files.mask_keypoints), None, "all numbers"),
     ".glb": Stripping(
         binary_files.mask_glb, None, "the keys of all animations, and the nodes; meshes and pictures are zero"
     ),
@@ -185,6 +186,7 @@ class Reading:
             ("--root", self.root),
             ("--animation", options.animation),
             ("--gaps", options.gaps),
+            ("--confidence", options.confidence),
             *(("--array", one) for one in options.arrays),
             *(("--channel", f"{name}={kind}") for name, kind in options.channels.items()),
         ]
