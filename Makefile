@@ -25,7 +25,7 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core release-check site site-tools forms extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench bench-extras study lock clean FORCE
+.PHONY: help install page demo test check core licences release-check site site-tools forms extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench bench-extras study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -84,6 +84,9 @@ core: $(INSTALLED)  ## Use the core with NumPy alone, the oldest that serves, as
 
 release-check: $(INSTALLED) $(PAGE)  ## Build the sdist and the wheels into build/release, and follow the tutorial with each
 	$(PY) tools/release_check.py
+
+licences: $(INSTALLED) $(EXTRAS_MADE) $(MODULES)  ## List the licences of what is needed and of what is inside the wheels
+	$(PY) tools/list_licences.py $(EXTRAS)/bin/python
 
 # Sphinx and its theme, in an environment of their own.
 site-tools: $(SITE_MADE)

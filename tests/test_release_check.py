@@ -19,7 +19,12 @@ METADATA = "Metadata-Version: 2.2\nName: retime\nVersion: 1.2.3\nRequires-Python
 def wheel(folder: Path, name: str, *, without: str = "", metadata: str = METADATA, **more: str) -> Path:
     path = folder / name
     with zipfile.ZipFile(path, "w") as archive:
-        for member in (*release_check.HOLDS, f"{INFO}/licenses/LICENSE", *more.values()):
+        for member in (
+            *release_check.HOLDS,
+            f"{INFO}/licenses/LICENSE",
+            f"{INFO}/licenses/THIRD_PARTY.md",
+            *more.values(),
+        ):
             if member != without:
                 archive.writestr(member, "")
         archive.writestr(f"{INFO}/METADATA", metadata)
@@ -39,6 +44,7 @@ def test_a_sound_wheel_has_no_faults(tmp_path) -> None:
     [
         ({"without": "retime/server/page/index.html"}, "lacks retime/server/page/index.html"),
         ({"without": f"{INFO}/licenses/LICENSE"}, "lacks its licence"),
+        ({"without": f"{INFO}/licenses/THIRD_PARTY.md"}, "lacks its licence"),
         ({"metadata": METADATA.replace("1.2.3", "1.2.4")}, "says another version"),
         ({"more": "retime/kernels/module.cpp"}, "holds retime/kernels/module.cpp"),
         ({"more": "tests/conftest.py"}, "holds tests/conftest.py"),

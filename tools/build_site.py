@@ -25,6 +25,7 @@ OUTSIDE = {
     "SECURITY.md": "security.md",
     "CODE_OF_CONDUCT.md": "conduct.md",
     "LICENSE": "licence.md",
+    "THIRD_PARTY.md": "third-party.md",
 }
 _LINK = re.compile(r"(\]\(\s*)([^)\s#]+)(#[^)\s]*)?(\s*\))")
 # The menu: headings, and below each its pages in the order of reading.
@@ -54,7 +55,17 @@ MENU = {
     ],
     "Reference": ["cli", "options", "api", "reference/index", "conventions", "glossary", "project-file"],
     "Method": ["method", "decisions", "study/README", "study/video", "performance", "since-0.1"],
-    "Trust": ["reliability", "portability", "stability", "changes", "contributing", "security", "conduct", "licence"],
+    "Trust": [
+        "reliability",
+        "portability",
+        "stability",
+        "changes",
+        "contributing",
+        "security",
+        "conduct",
+        "licence",
+        "third-party",
+    ],
 }
 
 

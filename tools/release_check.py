@@ -74,8 +74,8 @@ def faults_of_wheel(wheel: Path, version: str, *, compiled: bool) -> list[str]:
         metadata = archive.read(f"{info}/METADATA").decode() if f"{info}/METADATA" in names else ""
     faults = [f"lacks {name}" for name in HOLDS if name not in names]
     faults += [f"holds {name}" for name in names if any(name.startswith(one) or name.endswith(one) for one in NEVER)]
-    if f"{info}/licenses/LICENSE" not in names:
-        faults.append("lacks its licence")
+    if not {f"{info}/licenses/LICENSE", f"{info}/licenses/THIRD_PARTY.md"} <= set(names):
+        faults.append("lacks its licence, or those of others")
     if f"\nVersion: {version}\n" not in metadata or "\nRequires-Python: >=3.11\n" not in metadata:
         faults.append("says another version of itself, or of Python")
     if compiled != any("_kernels" in name and name.endswith((".so", ".pyd")) for name in names):
