@@ -141,19 +141,25 @@ endif
 docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 	set -e; for script in tools/make_*.py examples/features.py examples/choosing.py examples/formats.py; do $(PY) $$script; done
 
-# The kernels built with checks of addresses and of undefined behaviour. Python itself has none, so the checks' library
-# comes first; what Python never frees is no leak of ours.
+# The kernels built with checks of addresses and of undefined behaviour, and once more with checks of what threads share.
+# Python itself has none, so the checks' library comes first; what Python never frees is no leak of ours.
 SANITIZE := $(VENV)/sanitize
 SANITIZED ?= tests/kernels tests/formats/test_number_rows.py tests/formats/test_number_text.py tests/fuzz/test_number_rows_fuzz.py \
 	tests/formats/test_bvh_write.py tests/search/test_scores.py tests/search/test_path.py tests/search/test_priced_search.py tests/motion/test_kinematics.py
-sanitize: $(INSTALLED)  ## Run the kernels' tests with sanitizers (GCC or clang on Linux); SANITIZED=... names others
-	$(VENV)/bin/cmake -S . -B $(SANITIZE) -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(VENV)/bin/ninja) -DCMAKE_BUILD_TYPE=Debug \
-		-DPython_EXECUTABLE=$(abspath $(PY)) -DCMAKE_CXX_FLAGS="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined"
-	$(VENV)/bin/cmake --build $(SANITIZE)
-	LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" \
-		ASAN_OPTIONS=detect_leaks=0 RETIME_KERNELS=$$(ls $(SANITIZE)/_kernels*.so) \
-		$(PY) -m pytest -p tests.sanitized $(SANITIZED)
-
+# Numbers of text are read by one thread.
+THREADED ?= tests/kernels tests/search/test_scores.py tests/search/test_path.py tests/search/test_priced_search.py tests/motion/test_kinematics.py
+comma := ,
+LIBRARY = $$($${CXX:-c++} -print-file-name=lib$(1).so)
+# Which checks, and the folder of that build.
+BUILD_SANITIZED = $(VENV)/bin/cmake -S . -B $(2) -G Ninja -DCMAKE_MAKE_PROGRAM=$(abspath $(VENV)/bin/ninja) -DCMAKE_BUILD_TYPE=Debug \
+	-DPython_EXECUTABLE=$(abspath $(PY)) -DCMAKE_CXX_FLAGS="-O1 -g $(1)" && $(VENV)/bin/cmake --build $(2)
+sanitize: $(INSTALLED)  ## Run the kernels' tests with sanitizers (GCC or clang on Linux); SANITIZED=... THREADED=... name others
+	$(call BUILD_SANITIZED,-fsanitize=address$(comma)undefined -fno-sanitize-recover=undefined,$(SANITIZE))
+	$(call BUILD_SANITIZED,-fsanitize=thread,$(SANITIZE)-threads)
+	LD_PRELOAD="$(call LIBRARY,asan) $(call LIBRARY,stdc++)" ASAN_OPTIONS=detect_leaks=0 \
+		RETIME_KERNELS=$$(ls $(SANITIZE)/_kernels*.so) $(PY) -m pytest -p tests.sanitized $(SANITIZED)
+	LD_PRELOAD="$(call LIBRARY,tsan)" TSAN_OPTIONS="halt_on_error=1 second_deadlock_stack=1" RETIME_THREADS=4 \
+		RETIME_KERNELS=$$(ls $(SANITIZE)-threads/_kernels*.so) $(PY) -m pytest -p tests.sanitized $(THREADED)
 DATA ?= ../shared/mocap
 
 study: $(INSTALLED)  ## Run the paper's evaluations on the captures in DATA, into out/study and docs/study
