@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -15,6 +17,7 @@ import retime
 from retime.batch.child import TRIES, ChildRunner
 from retime.batch.task import ClipTask
 from retime.batch.treatment import Treatment, settings
+from retime.child_process import child_environment
 from tests.batch.storm import UNRULY, children_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals, and /proc")
@@ -46,6 +49,22 @@ def test_a_deadly_clip_is_tried_again_and_set_aside(tmp_path: Path, unruly: None
     assert killed.code == "killed"
     assert f"{TRIES} processes died of it, the last one with signal {signal.SIGKILL:d}" in killed.message
     assert killed.hash
+
+
+def test_a_process_whose_owner_is_gone_says_nothing_and_leaves_what_it_did(tmp_path: Path) -> None:
+    task = task_of(tmp_path, "a.bvh")
+    command = [*ChildRunner(tmp_path / "out", most_memory=None, most_seconds=60)._command]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, env=child_environment(), **pipes) as process:
+        # Nobody will hear its answer; its orders are still open, or it would end before it has one.
+        process.stdout.close()
+        process.stdin.write(json.dumps(task.to_json()).encode() + b"\n")
+        process.stdin.flush()
+        assert process.stderr.read() == b""
+        assert process.wait(60) == 0
+    assert (tmp_path / "out" / "a.bvh").exists()
+    (journal,) = (tmp_path / "out" / ".retime").glob("journal-*")
+    assert json.loads(journal.read_text().splitlines()[-1])["output"] == "a.bvh"
 
 
 def test_a_clip_that_never_ends_is_ended(tmp_path: Path, unruly: None) -> None:

@@ -144,7 +144,11 @@ def serve(out: str, most_memory: int) -> None:
         task = ClipTask.from_json(asked.get())
         records = retime_clip(task, begun=lambda task=task: journal.intend(task))  # type: ignore[misc]
         journal.written(records)
-        answers.write(json.dumps([record.to_json() for record in records]).encode() + b"\n")
+        try:
+            answers.write(json.dumps([record.to_json() for record in records]).encode() + b"\n")
+        except BrokenPipeError:
+            # The owner went while this was at work; what was done is in the journal.
+            return
 
 
 def _hear(asked: queue.Queue[Mapping[str, Any]]) -> None:
