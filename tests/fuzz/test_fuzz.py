@@ -8,6 +8,7 @@ import random
 import signal
 import sys
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -107,8 +108,22 @@ def test_hostile_messages_end_no_editor() -> None:
 def test_kills_lose_nothing_that_was_acknowledged() -> None:
     from tests.fuzz import kills
 
-    tally = run(kills.trial, range(3), most_seconds=60)
-    assert tally.faults == {}
+    edited = "an editor is killed after a save was told"
+    ended_well(run_apart(kills.trial, range(40)), edited, "a write of .bvh is killed", "a write of .csv is killed")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a kill of POSIX")
+def test_a_batch_that_is_killed_goes_on_where_it_ended(tmp_path: Path) -> None:
+    from tests.fuzz import kills
+
+    kills.batches(random.Random(3), tmp_path)
+
+
+def test_small_searches_cost_as_little_as_any_path() -> None:
+    from tests.fuzz import small_optima
+
+    ends = ("a loop is free", "a loop is given", "a length is free", "a length is given", "natural hurry", "aligned")
+    ended_well(run(small_optima.trial, range(400), processor=True), *ends, "wishes that no path obeys")
 
 
 def test_what_must_not_be_is_told_with_its_seed() -> None:

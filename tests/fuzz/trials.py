@@ -19,6 +19,7 @@ import select
 import signal
 import struct
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -36,6 +37,8 @@ MOST_BYTES = 1 << 30
 ODD_NUMBERS = [0, -0.0, -1, 1, 2, 0.5, 5e-324, 1e-300, 1e-12, 1e6, 1e7, 1e9, 2**31, 2**53, 2**64, 1e77, 1e100, 1.7e308]
 # A process that sleeps for so long is asleep for good, however busy the machine is.
 _ASLEEP = 600
+# How often a long run says how far it is.
+_PRINT_SECONDS = 60
 
 Trial = Callable[[random.Random], str]
 """Does one thing, and says how it ended."""
@@ -277,6 +280,7 @@ def arguments(description: str | None) -> argparse.ArgumentParser:
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1, help="the first one")
     parser.add_argument("--only", type=int, help="try one seed again")
+    parser.add_argument("--block", type=int, default=5000, help="seeds of one process, where trials have some")
     return parser
 
 
@@ -285,6 +289,37 @@ def command(trial: Trial, description: str | None, *, most_seconds: int = MOST_S
     given = arguments(description).parse_args()
     seeds = [given.only] if given.only is not None else range(given.seed, given.seed + given.count)
     return tell(run(trial, seeds, most_seconds=most_seconds))
+
+
+def command_apart(trial: Trial, description: str | None, *, name: str) -> int:
+    """Do as `command`, in processes of their own; see `run_apart`."""
+    return run_told(trial, arguments(description).parse_args(), name=name)
+
+
+def run_told(trial: Trial, given: argparse.Namespace, *, name: str) -> int:
+    """Run trials in processes of their own, and print how far they are and what is wrong; return an exit code."""
+    seeds = range(given.seed, given.seed + given.count) if given.only is None else range(given.only, given.only + 1)
+    begun = told_at = time.monotonic()
+
+    def told(part: range, tally: Tally) -> None:
+        nonlocal told_at
+        for seed, fault in tally.faults.items():
+            print(f"{name}, seed {seed}: {fault}", flush=True)
+        if time.monotonic() - told_at > _PRINT_SECONDS:
+            told_at = time.monotonic()
+            print(f"{name}: done up to seed {part.stop - 1}", flush=True)
+
+    with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as folder:
+        # What a process that died has left goes with it.
+        tempfile.tempdir = folder
+        tally = run_apart(trial, seeds, block=given.block, told=told)
+        tempfile.tempdir = None
+    print(
+        f"{name}, seeds {seeds.start} to {seeds.stop - 1}: {tally.seconds:.0f} s of the processor in "
+        f"{time.monotonic() - begun:.0f} s, at most {tally.peak / 2**20:.0f} MB"
+    )
+    tally.faults = {seed: fault.partition("\n")[0] for seed, fault in tally.faults.items()}
+    return tell(tally)
 
 
 def tell(tally: Tally) -> int:
