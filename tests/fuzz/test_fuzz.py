@@ -104,6 +104,17 @@ def test_hostile_messages_end_no_editor() -> None:
     ended_well(run(server_messages.trial, range(5), most_seconds=server_messages.MOST_SECONDS), "goes on")
 
 
+@pytest.mark.skipif(
+    any(find_spec(package) is None for package in ("starlette", "uvicorn", "websockets")),
+    reason="needs the packages that serve",
+)
+def test_hostile_requests_are_refused() -> None:
+    from tests.fuzz import server_requests
+
+    tally = run(server_requests.trial, range(3), most_seconds=server_requests.MOST_SECONDS)
+    ended_well(tally, f"{server_requests.N_REQUESTS} are refused")
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="a kill of POSIX")
 def test_kills_lose_nothing_that_was_acknowledged() -> None:
     from tests.fuzz import kills
