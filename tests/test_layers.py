@@ -269,7 +269,8 @@ def test_the_blender_extension_sits_on_top_and_few_of_its_files_know_blender() -
 CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "hosts", "data", "project"}
 MORE = {("search/explain.py", "pandas"), ("formats/parquet.py", "pyarrow")}
 MORE |= {
-    (f"formats/curves/usd_{one}.py", "pxr") for one in ("animation", "child", "retime", "splines", "stage", "text")
+    (f"formats/curves/usd_{one}.py", "pxr")
+    for one in ("animation", "child", "facts", "layers", "retime", "splines", "stage", "text")
 }
 MORE |= {("formats/curves/usd_write.py", "pxr")}
 

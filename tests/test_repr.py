@@ -22,7 +22,10 @@ from retime.search.poses.spaces import PoseOptions
 # An extra may be missing; what it needs holds no values of its own.
 _LEFT_OUT = ("retime.notebook", "retime.server.app", "retime.server.guard", "retime.__main__")
 # Without usd-core what runs in a process of its own can't be imported.
-_USD = tuple(f"retime.formats.curves.usd_{one}" for one in ("animation", "retime", "splines", "stage", "text", "write"))
+_USD = tuple(
+    f"retime.formats.curves.usd_{one}"
+    for one in ("animation", "facts", "layers", "retime", "splines", "stage", "text", "write")
+)
 _ARRAYS = ("Array", "ndarray", "Float64s", "Bytes")
 
 

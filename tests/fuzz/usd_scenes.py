@@ -96,10 +96,10 @@ class Mutants:
             end = "read, not retimed"
             how = draw.randrange(4)
             if how < 2:
-                more = {"bake": how == 1, "average": True}
+                more = {"bake": how == 1, "average": True, "home": ".", "name": f"new-{name}"}
                 new = usd.changed_by(self.decoder, "retime", path, data, _WARP, _OPTIONS, **more)
                 # What was written is read again.
-                usd.read_by(self.decoder, path, new, _OPTIONS)
+                usd.read_by(self.decoder, path, new[""], _OPTIONS)
             else:
                 kind = ("clips", "over")[how - 2]
                 more = {"kind": kind, "asset": f"./{name}", "text": draw.random() < 0.5}

@@ -16,7 +16,7 @@ from fractions import Fraction
 from io import BytesIO
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO, Protocol, cast
+from typing import Any, BinaryIO, Protocol, cast
 from urllib.parse import quote
 
 from retime.brief import kind_of
@@ -64,6 +64,9 @@ class Format:
         A package that it needs beyond retime's own, and the extra that installs it.
     imports : str
         What that package is imported as, where that is another name.
+    composed : bool
+        Whether its files are composed of others, that a new one must name from where it will lie: `retime` and `bake`
+        of its module then take that ``place`` too.
     layers : tuple of str
         Kinds of new files that show one of this format, itself untouched, with new timing (`retime_file`).
     shared_ending : bool
@@ -85,6 +88,7 @@ class Format:
     package: str = ""
     extra: str = ""
     imports: str = ""
+    composed: bool = False
     layers: tuple[str, ...] = ()
     shared_ending: bool = False
     many_files: bool = False
@@ -110,7 +114,9 @@ FORMATS = (
         curves=True,
         package="usd-core",
         extra="usd",
+        facts=True,
         imports="pxr",
+        composed=True,
         layers=("clips", "over"),
     ),
     Format("parquet", (".parquet",), "signal", "Parquet tables", package="pyarrow", extra="parquet"),
@@ -580,13 +586,15 @@ def retime_file(
         write_bytes(place, new, overwrite=overwrite)
         return
     module = cast(CurveModule, _module(known))
+    whereto: dict[str, Any] = {"place": place} if known.composed else {}
     if layer is not None:
         even = _each(warps, lambda warp: warp.simplify(tolerance))
         files = module.layer(path, data, even, options, kind=layer, place=place)
     elif bake:
-        files = module.bake(path, data, warps, options, average=average)
+        files = module.bake(path, data, warps, options, average=average, **whereto)
     else:
-        files = module.retime(path, data, _each(warps, lambda warp: warp.simplify(tolerance)), options)
+        even = _each(warps, lambda warp: warp.simplify(tolerance))
+        files = module.retime(path, data, even, options, **whereto)
     _write_beside(files, place, overwrite=overwrite)
 
 

@@ -32,6 +32,8 @@ pytest.importorskip("pxr", reason="usd-core is not installed (make extras)")
 
 from pxr import Sdf, Ts, Usd, UsdGeom, UsdSkel
 
+from retime.formats.curves import usd_animation, usd_child, usd_stage
+
 pytestmark = pytest.mark.extras
 
 USD = Path(__file__).parents[4] / "shared" / "mocap" / "usd"
@@ -331,7 +333,7 @@ def test_samples_anywhere_in_a_package_are_retimed_on_their_own_clocks(tmp_path:
     # Used twice, on two clocks, a layer can have no one timing.
     twice = files["root.usda"] + b'def "Again" (\n    references = @./b.usda@</Other>\n)\n{\n}\n'
     path.write_bytes(packed({**files, "root.usda": twice}))
-    with pytest.raises(FormatError, match=r"b\.usda is used at 2 times.*--layer over"):
+    with pytest.raises(FormatError, match=r"/Other of b\.usda is shown at 2 times.*--layer over"):
         retime_file(path, place, warp, overwrite=True)
 
 
@@ -419,15 +421,13 @@ def test_clips_that_a_scene_has_get_other_times(tmp_path: Path) -> None:
         retime.read(tmp_path / "c.usda")
 
 
-def test_samples_in_another_layer_are_not_left_behind_in_silence(tmp_path: Path) -> None:
+def test_a_layer_over_shows_samples_of_another_layer_and_clips_do_not(tmp_path: Path) -> None:
     scene = DrawnScene(6)
     (tmp_path / "anim.usda").write_text(scene.text())
     path = tmp_path / "a.usda"
     clock = f"startTimeCode = {scene.start}\n    endTimeCode = {scene.end}\n    timeCodesPerSecond = {scene.per_second}"
     path.write_text(f"#usda 1.0\n(\n    {clock}\n    subLayers = [@./anim.usda@ (offset = 2; scale = 0.5)]\n)\n")
     warp = a_warp(scene.length / scene.per_second)
-    with pytest.raises(FormatError, match=r"has time samples in anim\.usda, .*--layer over"):
-        retime_file(path, tmp_path / "b.usda", warp)
     with pytest.raises(FormatError, match=r"not in the file itself.*--layer over"):
         retime_file(path, tmp_path / "b.usda", warp, layer="clips")
     retime_file(path, tmp_path / "b.usda", warp, layer="over", tolerance=0)
@@ -628,6 +628,72 @@ def test_the_end_of_the_process_that_reads_is_an_error_and_no_more(tmp_path: Pat
     # A process that has hardly begun is late.
     with usd.Decoder(Limits(), seconds=-0.01) as decoder, pytest.raises(FormatError, match="is not read after"):
         usd.read_by(decoder, path, data[:10], ReadOptions())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            "double2[] times = [(0, 0), (24, 24), (48, 36)]",
+            "double times = 5",
+            r"default.*: times must be pairs of num",
+        ),
+        (
+            "double2[] times = [",
+            "double3[] times = [(1, 2, 3)]\n            double2[] none = [",
+            r"default.*: times must be",
+        ),
+        (
+            "dictionary default",
+            "double other = 1\n        dictionary default",
+            r"/A has value clips 'other' that are no",
+        ),
+    ],
+)
+def test_clips_that_are_none_are_the_files_fault(tmp_path: Path, old: str, new: str, told: str) -> None:
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.usda").write_text(CLIP)
+    assert old in WITH_CLIPS
+    (tmp_path / "a.usda").write_text(WITH_CLIPS.replace(old, new))
+    with pytest.raises(FormatError, match=told):
+        retime_file(tmp_path / "a.usda", tmp_path / "b.usda", Warp([0.0, 1.0], [0.0, 0.5]))
+
+
+def test_a_unit_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
+    for unit in ("nan", "inf"):
+        (tmp_path / "a.usda").write_text(
+            DrawnScene(1).text().replace("metersPerUnit = 0.01", f"metersPerUnit = {unit}")
+        )
+        with pytest.raises(FormatError, match=f"metersPerUnit is {unit}, which is no length"):
+            retime.read(tmp_path / "a.usda")
+
+
+def test_a_fault_of_retimes_own_is_not_called_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.usda"
+    path.write_text(DrawnScene(1).text())
+    request = usd._request("names", path, path.read_bytes(), ReadOptions())
+
+    def fails(_: object) -> list[str]:
+        raise TypeError("'NoneType' object is not iterable\nand more")
+
+    (tmp_path / "work").mkdir()
+    with monkeypatch.context() as patch:
+        patch.setattr(usd_animation, "names_of", fails)
+        answer = usd_child.answered(request, tmp_path / "work", Limits())
+    assert list(answer.facts) == ["fault"]
+    assert re.fullmatch(
+        r"TypeError: 'NoneType' object is not iterable \(usd_child\.py, line \d+\)", answer.facts["fault"]
+    )
+    monkeypatch.setattr(usd, "receive", lambda *_: answer)
+    told = r"a\.usda: retime can't do this with the file, by a fault of its own .*TypeError: 'NoneType'.*report it"
+    with pytest.raises(FormatError, match=told):
+        animation_names(path)
+
+
+def test_values_that_python_can_not_have_are_named_with_their_type() -> None:
+    told = r"/A\.x is of the type odd\[\], whose values can't be read: No to_python \(by-value\) .* type: Odd$"
+    with pytest.raises(FormatError, match=told), usd_stage.naming("/A.x", "odd[]"):
+        raise TypeError("No to_python (by-value) C++ converter found for C++ type: Odd\nmore")
 
 
 def test_nothing_is_left_of_the_copy_that_was_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -145,6 +145,13 @@ class Decoder:
         if answer is None:
             code = self._process.wait()
             raise FormatError(f"a damaged USD file: reading it ends the program that does ({code})", path=path)
+        fault = answer.facts.get("fault")
+        if fault is not None:
+            raise FormatError(
+                f"retime can't do this with the file, by a fault of its own and not of the file: {str(fault)[:1000]}; "
+                "please report it, with the file if you may",
+                path=path,
+            )
         said = answer.facts.get("error")
         if said == NO_MEMORY:
             raise FormatError("a USD file that needs too much memory", path=path)
@@ -293,6 +300,16 @@ def _signal(path: Path, answer: Message, options: ReadOptions) -> AnyMotion:
     return make_signal(path, _texts(facts, "names", path), values, rate, options, kinds)
 
 
+def facts(path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:
+    """Say of which layers a scene is composed, on which clock, and what moves in it."""
+    _check_signature(path, data)
+    with Decoder(options.limits) as decoder:
+        found = decoder.ask(_request("facts", path, data, options), path).facts.get("facts")
+    if not isinstance(found, dict) or not all(isinstance(one, str) for one in found.values()):
+        raise FormatError("a damaged USD file: its reader gave no answer that makes sense", path=path)
+    return found
+
+
 def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
     """Write a motion as a new scene: a skeleton and its animation; raise FormatError for a signal."""
     if not isinstance(motion, Motion):
@@ -321,8 +338,15 @@ def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
     write_bytes(path, made, overwrite=overwrite)
 
 
-def retime(path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions) -> dict[str, bytes]:
-    """Give a scene new timing by cutting the time samples of its root layer; nothing is sampled.
+def retime(
+    path: Path,
+    data: bytes,
+    warps: Warp | Mapping[str, Warp],
+    options: ReadOptions,
+    *,
+    place: Path | None = None,
+) -> dict[str, bytes]:
+    """Give a scene new timing by cutting the time samples of all its layers; nothing is sampled.
 
     Parameters
     ----------
@@ -334,20 +358,41 @@ def retime(path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: R
         One, under any name: all that a scene holds is on one clock. Time 0 of its input is the scene's start.
     options : ReadOptions
         As it was read.
+    place : Path, optional
+        Where the new file will lie; left out, over the old one. From there it names what the scene is composed of.
 
     Returns
     -------
     dict of str to bytes
-        "" is the new file.
+        "" is the new file; other names are of layers for its folder, that the new scene is composed of.
+
+    Warns
+    -----
+    FormatWarning
+        A layer is missing; or there are time samples that nothing in the scene shows, and they stay as they were.
     """
-    return _changed("retime", path, data, warps, options, bake=False, average=False)
+    return _changed("retime", path, data, warps, options, bake=False, average=False, **_whereto(path, place))
 
 
 def bake(
-    path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions, *, average: bool
+    path: Path,
+    data: bytes,
+    warps: Warp | Mapping[str, Warp],
+    options: ReadOptions,
+    *,
+    average: bool,
+    place: Path | None = None,
 ) -> dict[str, bytes]:
     """Put a time sample on every frame, as `retime` does; sped up, frames are averaged (§3.4)."""
-    return _changed("retime", path, data, warps, options, bake=True, average=average)
+    return _changed("retime", path, data, warps, options, bake=True, average=average, **_whereto(path, place))
+
+
+def _whereto(path: Path, place: Path | None) -> dict[str, str]:
+    """Say what the new root layer is called, and how a scene's folder is found from where it lies."""
+    if place is None:
+        return {"home": ".", "name": path.name}
+    home = Path(os.path.relpath(path.resolve().parent, place.parent.resolve())).as_posix()
+    return {"home": home, "name": place.name}
 
 
 def layer(
@@ -384,19 +429,28 @@ def _changed(
             raise FormatError(f"a USD scene has one clock, and gets one warp; found {len(warps)}", path=path)
         warps = next(iter(warps.values()))
     with Decoder(options.limits) as decoder:
-        return {"": changed_by(decoder, do, path, data, warps, options, **more)}
+        return changed_by(decoder, do, path, data, warps, options, **more)
 
 
 def changed_by(
     decoder: Decoder, do: str, path: Path, data: bytes, warp: Warp, options: ReadOptions, **more: Any
-) -> bytes:
-    """Make a new file by a process that is there: do is "retime" or "layer", with what `usd_child` wants of it."""
+) -> dict[str, bytes]:
+    """Make new files by a process that is there: do is "retime" or "layer", with what `usd_child` wants of it."""
     _check_signature(path, data)
     request = _request(do, path, data, options, **more)
     arrays = {"output_times": warp.output_times, "input_times": warp.input_times}
     answer = decoder.ask(Message(request.facts, arrays, request.files), path)
     _warn_of_missing(path, answer.facts)
-    made = answer.files.get("")
-    if made is None:
+    left = _texts(answer.facts, "left", path)
+    if left:
+        some = ", ".join(left[:8]) + (" ..." if len(left) > 8 else "")
+        warnings.warn(
+            f"{path}: time samples that nothing in the scene shows now (a variant that is not chosen, say) stay as "
+            f"they were: {some}",
+            FormatWarning,
+            stacklevel=2,
+        )
+    # A name with a folder in it would lie elsewhere than beside the scene.
+    if "" not in answer.files or any(Path(name).name != name for name in answer.files if name):
         raise FormatError("a damaged USD file: its reader gave no answer that makes sense", path=path)
-    return made
+    return dict(answer.files)

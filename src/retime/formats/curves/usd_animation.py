@@ -20,7 +20,7 @@ from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.formats.curves.exchange import Message
 from retime.formats.curves.gltf_scene import grid_rate
-from retime.formats.curves.usd_stage import Scene
+from retime.formats.curves.usd_stage import Scene, naming
 from retime.formats.read_options import Limits
 from retime.motion import rotation
 from retime.motion.channels import text_label
@@ -386,6 +386,8 @@ def _motion(scene: Scene, facts: dict[str, Any], joints: _Joints) -> Message:
             scales[joint] = scales[parent] * np.cbrt(np.prod(rest_scales[parent]))
     root = scene.layer.pseudoRoot
     unit = float(UsdGeom.GetStageMetersPerUnit(scene.stage)) if root.HasInfo("metersPerUnit") else None
+    if unit is not None and not np.isfinite(unit):
+        raise FormatError(f"metersPerUnit is {unit:g}, which is no length")
     facts |= {
         "kind": "motion",
         "names": joints.names,
@@ -428,7 +430,8 @@ def _signal(scene: Scene, path: Any, codes: FloatArray, facts: dict[str, Any], l
         where = attribute.GetPath()
         if path is not None and not where.HasPrefix(path):
             continue
-        values = [attribute.Get(float(code)) for code in codes]
+        with naming(where, attribute.GetTypeName()):
+            values = [attribute.Get(float(code)) for code in codes]
         found = _numbers(values)
         if found is None:
             left_out.append(where.pathString)

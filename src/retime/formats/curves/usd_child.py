@@ -10,6 +10,7 @@ import json
 import os
 import shutil
 import sys
+import traceback
 from fractions import Fraction
 from pathlib import Path
 
@@ -35,7 +36,12 @@ def main(limits_text: str, work: Path) -> None:
         own = work / str(number)
         own.mkdir()
         try:
-            send(answered(asked, own, limits), answers)
+            answer = answered(asked, own, limits)
+            try:
+                send(answer, answers)
+            except ValueError as error:
+                # A number that no message can hold; nothing of it is sent yet.
+                send(Message({"fault": fault_words(error)}), answers)
         finally:
             shutil.rmtree(own, ignore_errors=True)
 
@@ -73,10 +79,21 @@ def answered(asked: Message, work: Path, limits: Limits) -> Message:
     except RuntimeError as error:
         # pxr's own, such as that of a prim that has expired.
         return Message({"error": f"USD can't read it: {str(error).strip().partition(chr(10))[0][:300]}"})
+    except Exception as error:
+        # What a file holds may be anything, and each kind of error that it may cause is above: this is retime's own.
+        return Message({"fault": fault_words(error)})
+
+
+def fault_words(error: BaseException) -> str:
+    """Say what kind of error it was, in one line, and where in retime it arose."""
+    own = [one for one in traceback.extract_tb(error.__traceback__) if f"{os.sep}retime{os.sep}" in one.filename]
+    where = f" ({Path(own[-1].filename).name}, line {own[-1].lineno})" if own else ""
+    lines = str(error).splitlines() or [""]
+    return f"{type(error).__name__}: {lines[0][:300]}{where}"
 
 
 def _done(asked: Message, work: Path, limits: Limits) -> Message:
-    from retime.formats.curves import usd_animation, usd_retime, usd_write
+    from retime.formats.curves import usd_animation, usd_facts, usd_retime, usd_write
     from retime.formats.curves.usd_stage import open_scene
 
     facts = asked.facts
@@ -88,6 +105,8 @@ def _done(asked: Message, work: Path, limits: Limits) -> Message:
     rate = None if facts["rate"] is None else Fraction(*facts["rate"])
     if what == "names":
         return Message({"names": usd_animation.names_of(scene)})
+    if what == "facts":
+        return Message({"facts": usd_facts.facts_of(scene)})
     if what == "read":
         return usd_animation.read(scene, facts["animation"], rate, limits)
     warp = Warp(asked.arrays["output_times"], asked.arrays["input_times"])
@@ -95,9 +114,17 @@ def _done(asked: Message, work: Path, limits: Limits) -> Message:
         made = usd_retime.layer_over(scene, warp, facts["asset"], facts["kind"], work, text=facts["text"])
     else:
         made = usd_retime.rewritten(
-            scene, warp, work, rate=rate, average=facts["average"], bake=facts["bake"], limits=limits
+            scene,
+            warp,
+            work,
+            rate=rate,
+            average=facts["average"],
+            bake=facts["bake"],
+            limits=limits,
+            home=facts["home"],
+            name=facts["name"],
         )
-    return Message({"missing": scene.missing}, files={"": made})
+    return Message({"missing": scene.missing, "left": made.left}, files=made.files)
 
 
 if __name__ == "__main__":

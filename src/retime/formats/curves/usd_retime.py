@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -32,21 +32,36 @@ from retime.formats.curves.usd_animation import (
     skeletal_animations,
     span_of,
 )
-from retime.formats.curves.usd_package import packed
+from retime.formats.curves.usd_layers import (
+    TIMECODES,
+    Clock,
+    Clocks,
+    Moves,
+    layers_of,
+    package_of,
+    prims_with_clips,
+    timecode_specs,
+    told,
+    unshown,
+)
+from retime.formats.curves.usd_package import packed, unpacked
 from retime.formats.curves.usd_splines import cut_spline
-from retime.formats.curves.usd_stage import Scene, sampled_specs
+from retime.formats.curves.usd_stage import Scene, naming, sampled_specs, spec_paths
 from retime.formats.curves.usd_text import spliced_samples
 from retime.formats.read_options import Limits
 from retime.motion.signal import Signal
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp, output_frame_times
 from retime.warp.cutting import CurveSegments, SegmentKind, cut_curve
+from retime.warp.moments import output_moments
 
 # Types that USD goes through between two samples; all others it holds.
 _BETWEEN = re.compile(r"float|(Vec[234][hfd]|Matrix[234][fd]|Quat[hfd]|Half|Float|Double|TimeCode)(Array)?")
 _QUATERNION = re.compile(r"Quat[hfd](Array)?")
 # Time codes before a jump at which the value that it leaves is said once more.
-_JUST_BEFORE = 1e-9
+_JUST_BEFORE = 1e-8
+# Beyond this, a time says that there is none (an end that is never).
+_MOST_SECONDS = 1e9
 # Not for a layer over a scene: what names or orders its own content, or tells of it.
 _NOT_CARRIED = ("subLayers", "subLayerOffsets", "primOrder", "layerRelocates", "comment", "documentation", "owner")
 
@@ -73,13 +88,21 @@ class Track:
 
     __repr__ = brief_repr
 
+    def sample_at(self, code: float) -> int | None:
+        """Find the sample at a time code; of two that a jump has put side by side, the nearer one."""
+        place, n = int(np.searchsorted(self.codes, code)), len(self.codes)
+        nearest = min((place, place - 1), key=lambda one: abs(self.codes[one] - code) if 0 <= one < n else np.inf)
+        return nearest if abs(self.codes[nearest] - code) <= 1e-9 * max(1.0, abs(code)) else None
+
     def shown(self, code: float) -> Any:
         """Return the value at a time code; that of a sample as it is."""
-        place = int(np.searchsorted(self.codes, code))
-        for near in (place - 1, place):
-            if 0 <= near < len(self.codes) and abs(self.codes[near] - code) <= 1e-9 * max(1.0, abs(code)):
-                return self.values[near]
-        return self.at(code)
+        place = self.sample_at(code)
+        return self.at(code) if place is None else self.values[place]
+
+    def differs(self, a: float, b: float) -> bool:
+        """Tell whether two time codes are far apart, or so near as a jump puts two samples, and are these."""
+        places = self.sample_at(a), self.sample_at(b)
+        return abs(a - b) > _JUST_BEFORE or (None not in places and places[0] != places[1])
 
 
 @dataclass(frozen=True)
@@ -120,6 +143,20 @@ class Timing:
         """The new endTimeCode."""
         return self.code(self.warp.output_end)
 
+    def moment(self, code: float) -> float:
+        """Return the time code at which what was there at one is first shown."""
+        if not abs(code - self.span.start) / self.span.per_second < _MOST_SECONDS:
+            return code
+        return self.code(float(output_moments(self.warp, self.seconds(np.array([code])))[0]))
+
+    def moved(self, value: Any) -> Any:
+        """Return what a value is with the new timing: one that says a time says another, any other is as it was."""
+        if isinstance(value, Sdf.TimeCode):
+            return Sdf.TimeCode(self.moment(float(value)))
+        if isinstance(value, Sdf.TimeCodeArray):
+            return Sdf.TimeCodeArray([self.moment(float(one)) for one in value])
+        return value
+
     def cut(self, codes: FloatArray, straight: list[bool]) -> CurveSegments:
         """Cut the curve of the time that is shown; seconds. Where not straight, it stays at a sample."""
         times = self.seconds(codes)
@@ -138,13 +175,17 @@ class Timing:
         for i in range(len(curve)):
             start, end = self.code(curve.times[i, 0]), self.code(curve.times[i, 3])
             first = track.shown(self.code(curve.values[i, 0, 0]))
+            if start == end:
+                # A jump that was said by two samples, and they are one now: again two.
+                found[_before(end, by=_JUST_BEFORE)] = first
+                continue
             found[start] = first
             held = curve.kinds[i] == SegmentKind.STEP
             last = first if held else track.shown(self.code(curve.values[i, 3, 0]))
-            jumps = abs(curve.values[i, 3, 0] - nexts[i]) > 1e-9
+            jumps = track.differs(self.code(curve.values[i, 3, 0]), self.code(nexts[i]))
             # What held on is held until the jump anyway, where USD doesn't go from here to there.
             if jumps and not (held and not self.goes_between(last, track.shown(self.code(nexts[i])))):
-                found[max(end - _JUST_BEFORE, float(np.nextafter(end, start)))] = last
+                found[max(_before(end, by=_JUST_BEFORE), float(np.nextafter(start, end)))] = last
         found[self.code(curve.end_time)] = track.shown(self.code(curve.end_value[0]))
         return sorted(found.items())
 
@@ -230,28 +271,106 @@ def _set_samples(layer: Any, path: Any, samples: Samples) -> None:
         layer.SetTimeSample(path, code, Sdf.ValueBlock() if value is None else value)
 
 
+@dataclass(frozen=True)
+class Rewritten:
+    """A scene made anew.
+
+    Attributes
+    ----------
+    files : dict of str to bytes
+        "" is the root; other names are of layers beside it.
+    left : list of str
+        What has time samples that stayed as they were, as no prim of the scene shows them.
+    """
+
+    files: dict[str, bytes]
+    left: list[str]
+
+    __repr__ = brief_repr
+
+
 def rewritten(
-    scene: Scene, warp: Warp, work: Path, *, rate: Fraction | None, average: bool, bake: bool, limits: Limits
-) -> bytes:
-    """Give the time samples of the root layer, and of others in its package, new timing; return the new file.
+    scene: Scene,
+    warp: Warp,
+    work: Path,
+    *,
+    rate: Fraction | None,
+    average: bool,
+    bake: bool,
+    limits: Limits,
+    home: str,
+    name: str,
+) -> Rewritten:
+    """Give the time samples of all layers of a scene new timing, each on its own clock.
+
+    Layers beside the root that change, or name one that does, are new files beside the new root, which name each other;
+    all else that a layer names is named where it was. In a package files keep their names.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    warp : Warp
+        Seconds from its start.
+    work : Path
+        A folder of this process's own.
+    rate, average, bake, limits
+        As of `retime.formats.curves.usd.bake`.
+    home : str
+        The way from the folder of what is written to that of the scene, with ``/``.
+    name : str
+        The name of the new file.
 
     Raises
     ------
     FormatError
-        Time samples lie in other files that the scene is composed of, or in what can't be cut.
+        There are time samples in what can't be cut, or is shown on several clocks.
     """
     timing = timing_of(scene, warp)
-    rate = rate or timing.span.rate()
-    joints = _averaged_joints(scene, timing, rate, limits) if bake and average else {}
-    way = _Way(rate, average, limits, joints) if bake else None
-    files = dict(scene.package)
-    for name, layer, clock in _linked_layers(scene, timing):
-        changed = _retimed_layer(layer, clock, None if way is None else replace(way, joints={}))
-        files[name] = _layer_file(files[name], layer, changed, work)
-    made = _layer_file(scene.text, scene.layer, _retimed_layer(scene.layer, timing, way), work)
-    if not scene.package:
-        return made
-    return packed({**files, next(iter(files)): made})
+    clocks, layers = Clocks(scene.stage), layers_of(scene)
+    way = None
+    if bake:
+        rate = rate or timing.span.rate()
+        joints = _averaged_joints(scene, timing, rate, limits) if average else {}
+        way = _Way(rate, average, limits, joints)
+    changed: list[tuple[Any, Any]] = []
+    left: list[str] = []
+    for layer in layers:
+        if layer == scene.layer or moves_in_time(layer):
+            copy, still = _retimed_layer(layer, timing, clocks, way, is_root=layer == scene.layer)
+            left += [f"{path} in {told(layer, scene)}" for path in still]
+            changed.append((layer, copy))
+    left += unshown(scene, clocks, [layer for layer, _ in changed])
+    if scene.package:
+        files = dict(scene.package)
+        for layer, copy in changed:
+            member = Path(os.path.relpath(layer.realPath, scene.folder)).as_posix()
+            if member not in files:
+                raise FormatError(f"{told(layer, scene)} has time samples, in a package that is within this one")
+            files[member] = _layer_file(files[member], layer, copy, work, {})
+        return Rewritten({"": packed(files)}, left)
+    moves = Moves(scene, home, name)
+    for layer, _ in changed[1:]:
+        moves.put(layer)
+    changed += [(layer, _copy(layer)) for layer in moves.needed(layers)]
+    made: dict[str, bytes] = {}
+    packages: dict[str, dict[str, bytes]] = {}
+    for layer, copy in changed:
+        file, inner = package_of(layer)
+        new = "" if layer == scene.layer else moves.put(layer)
+        if not inner:
+            before = scene.text if layer == scene.layer else Path(file).read_bytes()
+            made[new] = _layer_file(before, layer, copy, work, moves.apply(layer, copy))
+            continue
+        if file not in packages:
+            packages[file] = unpacked(Path(file).read_bytes(), limits)
+        members = packages[file]
+        if inner not in members:
+            raise FormatError(f"{told(layer, scene)} has time samples, in a package that is within another")
+        members[inner] = _layer_file(members[inner], layer, copy, work, {})
+        made[new] = b""
+    made |= {moves.new[file]: packed(members) for file, members in packages.items()}
+    return Rewritten(made, left)
 
 
 @dataclass(frozen=True)
@@ -278,75 +397,97 @@ class _Way:
     __repr__ = brief_repr
 
 
-def _linked_layers(scene: Scene, timing: Timing) -> list[tuple[str, Any, Timing]]:
-    """Find the layers of a package, beside its root, that have samples: their names, and the warp on their clocks.
+def moves_in_time(layer: Any) -> bool:
+    """Tell whether a layer holds anything that new timing changes."""
+    return bool(sampled_specs(layer) or prims_with_clips(layer) or timecode_specs(layer))
 
-    Raises
-    ------
-    FormatError
-        They lie in other files, or one is used on two clocks.
+
+def _on(timing: Timing, clock: Clock) -> Timing:
+    """Lay a timing on the clock of a layer."""
+    span, (offset, scale) = timing.span, clock
+    start, end = (span.start - offset) / scale, (span.end - offset) / scale
+    return replace(timing, span=Span(start, end, span.per_second / scale, span.keys))
+
+
+def _retimed_layer(
+    source: Any, timing: Timing, clocks: Clocks, way: _Way | None, *, is_root: bool
+) -> tuple[Any, list[Any]]:
+    """Make a copy of a layer with its samples cut or, by `way`, put on frames.
+
+    Returns
+    -------
+    layer : Sdf.Layer
+        The copy.
+    left : list of Sdf.Path
+        What stayed as it was: no prim of the scene shows it, and the layer has no one clock.
     """
-    clocks: dict[str, set[tuple[float, float]]] = {}
-    for attribute, codes in sampled_attributes(scene.stage):
-        for spec, offset in attribute.GetPropertyStackWithLayerOffsets(Usd.TimeCode(float(codes[0]))):
-            clocks.setdefault(spec.layer.identifier, set()).add((offset.offset, offset.scale))
-    found = []
-    for layer in scene.stage.GetUsedLayers(False):
-        # What is in the session layer is of this process's making.
-        if layer in (scene.layer, scene.stage.GetSessionLayer()):
-            continue
-        specs = sampled_specs(layer)
-        if not specs:
-            continue
-        real = os.path.realpath(layer.realPath or layer.identifier)
-        name = Path(os.path.relpath(real, scene.folder)).as_posix()
-        if name not in scene.package:
-            raise FormatError(
-                f"{specs[0].path} has time samples in {Path(name).name}, which the scene is composed of: retime that "
-                "file, or write a layer over the scene (--layer over)"
-            )
-        used = clocks.get(layer.identifier, {(0.0, 1.0)})
-        offset, scale = next(iter(used))
-        if len(used) > 1 or not scale > 0:
-            raise FormatError(f"{name} is used at {len(used)} times, or backward: write a layer over (--layer over)")
-        span = timing.span
-        clock = Span((span.start - offset) / scale, (span.end - offset) / scale, span.per_second / scale, span.keys)
-        found.append((name, layer, replace(timing, span=clock)))
-    return found
-
-
-def _retimed_layer(source: Any, timing: Timing, way: _Way | None) -> Any:
-    """Return a copy of a layer with its samples cut or, by `way`, put on frames."""
     layer = _copy(source)
+    left: list[Any] = []
+    used: set[Clock] = set()
+
+    def timing_at(path: Any) -> Timing | None:
+        clock = clocks.of(source, path.GetPrimOrPrimVariantSelectionPath())
+        if clock is None:
+            left.append(path)
+            return None
+        used.add(clock)
+        return _on(timing, clock)
+
     scratch = Sdf.Layer.CreateAnonymous(".usda")
     stage = Usd.Stage.Open(scratch)
     for number, spec in enumerate(sampled_specs(layer)):
         path = spec.path
+        own = timing_at(path)
+        if own is None:
+            continue
         if spec.HasSpline():
             if way is not None:
                 raise FormatError(f"{path} is a spline: it is cut, not baked (leave out --bake)")
-            spec.SetSpline(cut_spline(spec.GetSpline(), timing.warp, timing.span, str(path)))
+            spec.SetSpline(cut_spline(spec.GetSpline(), own.warp, own.span, str(path)))
             continue
         prim = Sdf.CreatePrimInLayer(scratch, f"/a{number}")
         Sdf.AttributeSpec(prim, spec.name, spec.typeName)
         codes = np.array(layer.ListTimeSamplesForPath(path), dtype=np.float64)
-        values = [_value(layer.QueryTimeSample(path, code)) for code in codes.tolist()]
+        with naming(path, spec.typeName):
+            values = [_value(layer.QueryTimeSample(path, code)) for code in codes.tolist()]
         copied = prim.path.AppendProperty(spec.name)
         _set_samples(scratch, copied, list(zip(codes.tolist(), values, strict=True)))
         attribute = stage.GetAttributeAtPath(copied)
         track = Track(codes, values, lambda code, one=attribute: one.Get(code))  # type: ignore[misc]
         if way is None:
-            samples = timing.retimed(track)
+            samples = own.retimed(track)
         else:
-            samples = timing.baked(track, way.rate, way.average, way.limits, way.joints.get(str(path)))
-        _set_samples(layer, path, samples)
+            shown = clocks.prim_of(source, path.GetPrimOrPrimVariantSelectionPath())
+            means = way.joints.get(f"{shown}.{spec.name}")
+            samples = own.baked(track, way.rate, way.average, way.limits, means)
+        _set_samples(layer, path, [(code, own.moved(value)) for code, value in samples])
         del scratch.rootPrims[prim.name]
-    cut_clips(layer, timing)
-    if layer.HasStartTimeCode():
-        layer.startTimeCode = timing.code(timing.warp.output_start)
-    if layer.HasEndTimeCode():
-        layer.endTimeCode = timing.end
-    return layer
+    for spec in timecode_specs(layer):
+        own = timing_at(spec.path)
+        if own is not None:
+            spec.default = own.moved(spec.default)
+    for path in prims_with_clips(layer):
+        own = timing_at(path)
+        if own is not None:
+            cut_clips(layer, path, own)
+    refuse_old_clips(layer)
+    _move_ends(layer, timing, used, is_root=is_root)
+    return layer, left
+
+
+def _move_ends(layer: Any, timing: Timing, used: set[Clock], *, is_root: bool) -> None:
+    """Say where a layer begins and ends now; the scene's is the root's, and others' are of what they hold."""
+    if is_root:
+        if layer.HasStartTimeCode():
+            layer.startTimeCode = timing.code(timing.warp.output_start)
+        if layer.HasEndTimeCode():
+            layer.endTimeCode = timing.end
+    elif len(used) == 1:
+        own = _on(timing, next(iter(used)))
+        if layer.HasStartTimeCode():
+            layer.startTimeCode = own.moment(layer.startTimeCode)
+        if layer.HasEndTimeCode():
+            layer.endTimeCode = own.moment(layer.endTimeCode)
 
 
 def _averaged_joints(scene: Scene, timing: Timing, rate: Fraction, limits: Limits) -> dict[str, FloatArray]:
@@ -384,10 +525,10 @@ def _value(value: Any) -> Any:
     return None if isinstance(value, Sdf.ValueBlock) else value
 
 
-def _layer_file(before: bytes, source: Any, layer: Any, work: Path) -> bytes:
-    """Write a layer as the file was that it comes from: text, or crate."""
+def _layer_file(before: bytes, source: Any, layer: Any, work: Path, assets: Mapping[str, str]) -> bytes:
+    """Write a layer as the file was that it comes from: text, or crate; `assets` are names of files that changed."""
     if before.startswith(b"#usda"):
-        return spliced_samples(before, source.ExportToString(), layer)
+        return spliced_samples(before, source.ExportToString(), layer, assets)
     return layer_bytes(layer, work, text=False)
 
 
@@ -402,28 +543,39 @@ def layer_bytes(layer: Any, work: Path, *, text: bool) -> bytes:
     return place.read_bytes()
 
 
-def cut_clips(layer: Any, timing: Timing) -> None:
-    """Give the times of value clips new timing; raise FormatError where they can't be."""
-    paths: list[Any] = []
-    layer.Traverse(Sdf.Path.absoluteRootPath, paths.append)
-    for path in paths:
+def refuse_old_clips(layer: Any) -> None:
+    """Raise FormatError where a layer has value clips in the form that came before."""
+    for path in spec_paths(layer):
         prim = layer.GetPrimAtPath(path)
-        if prim is None:
-            continue
         for legacy in ("clipTimes", "clipActive", "clipTemplateAssetPath"):
-            if prim.HasInfo(legacy):
+            if prim is not None and prim.HasInfo(legacy):
                 raise FormatError(f"{path} has value clips in a form that USD has given up ({legacy})")
-        if not prim.HasInfo("clips"):
-            continue
-        sets = dict(prim.GetInfo("clips"))
-        for name, one in sets.items():
-            sets[name] = _cut_clip_set(dict(one), timing, f"{path}, clips {name!r}")
-        prim.SetInfo("clips", sets)
+
+
+def cut_clips(layer: Any, path: Any, timing: Timing) -> None:
+    """Give the times of a prim's value clips new timing; raise FormatError where they can't be."""
+    prim = layer.GetPrimAtPath(path)
+    sets = dict(prim.GetInfo("clips"))
+    for name, one in sets.items():
+        if not isinstance(one, dict):
+            raise FormatError(f"{path} has value clips {name!r} that are no dictionary but {type(one).__name__}")
+        sets[name] = _cut_clip_set(dict(one), timing, f"{path}, clips {name!r}")
+    prim.SetInfo("clips", sets)
+
+
+def _clip_rows(clips: dict[str, Any], name: str, where: str) -> list[tuple[float, float]]:
+    """Return pairs of numbers of value clips; none where there are none."""
+    found = clips.get(name)
+    if found is None:
+        return []
+    if not isinstance(found, Vt.Vec2dArray):
+        raise FormatError(f"{where}: {name} must be pairs of numbers (double2[]), and are {type(found).__name__}")
+    return [(float(a), float(b)) for a, b in found]
 
 
 def _cut_clip_set(clips: dict[str, Any], timing: Timing, where: str) -> dict[str, Any]:
     _, ins = timing.codes
-    times = [(float(a), float(b)) for a, b in clips.get("times") or zip(ins.tolist(), ins.tolist(), strict=True)]
+    times = _clip_rows(clips, "times", where) or list(zip(ins.tolist(), ins.tolist(), strict=True))
     times = sorted(dict.fromkeys(times), key=lambda row: row[0])
     numbers = [number for row in times for number in row]
     if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) / timing.span.per_second > 1e7:
@@ -438,7 +590,7 @@ def _cut_clip_set(clips: dict[str, Any], timing: Timing, where: str) -> dict[str
         rows = [(timing.code(cut.times[i, 0]), round(float(cut.values[i, 0, 0]), 9)) for i in range(len(cut))]
         rows.append((timing.code(cut.end_time), round(float(cut.end_value[0]), 9)))
         clips["times"] = Vt.Vec2dArray([Gf.Vec2d(*row) for row in dict.fromkeys(rows)])
-    active = [(float(a), float(b)) for a, b in clips.get("active") or []]
+    active = _clip_rows(clips, "active", where)
     if len(active) > 1:
         shown = timing.seconds(np.array(sorted(a for a, _ in active)))
         order = np.array([[b] for _, b in sorted(active)])
@@ -450,7 +602,7 @@ def _cut_clip_set(clips: dict[str, Any], timing: Timing, where: str) -> dict[str
     return clips
 
 
-def layer_over(scene: Scene, warp: Warp, asset: str, kind: str, work: Path, *, text: bool) -> bytes:
+def layer_over(scene: Scene, warp: Warp, asset: str, kind: str, work: Path, *, text: bool) -> Rewritten:
     """Make a layer that shows a scene, which is not touched, with new timing.
 
     Parameters
@@ -469,6 +621,7 @@ def layer_over(scene: Scene, warp: Warp, asset: str, kind: str, work: Path, *, t
         Text, or crate.
     """
     timing = timing_of(scene, warp)
+    clocks = Clocks(scene.stage)
     layer = Sdf.Layer.CreateAnonymous(".usda")
     root = scene.layer.pseudoRoot
     for key in root.ListInfoKeys():
@@ -482,7 +635,31 @@ def layer_over(scene: Scene, warp: Warp, asset: str, kind: str, work: Path, *, t
         layer.subLayerPaths.append(asset)
     else:
         _add_clips(scene, layer, timing, asset, attributes)
-    return layer_bytes(layer, work, text=text)
+    _add_timecodes(scene, layer, timing)
+    return Rewritten({"": layer_bytes(layer, work, text=text)}, unshown(scene, clocks, []))
+
+
+def _add_timecodes(scene: Scene, layer: Any, timing: Timing) -> None:
+    """Write times over times: of attributes that have one value, and say when something is."""
+    for prim in Usd.PrimRange.Stage(scene.stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)):
+        for attribute in prim.GetAuthoredAttributes():
+            if attribute.GetTypeName() not in TIMECODES or attribute.GetNumTimeSamples() > 1:
+                continue
+            value = attribute.Get()
+            new = timing.moved(value)
+            if value is None or new == value:
+                continue
+            if prim.IsInstanceProxy():
+                raise FormatError(f"{attribute.GetPath()} is part of an instance, which no layer can write over")
+            _spec_over(layer, attribute).default = new
+
+
+def _spec_over(layer: Any, attribute: Any) -> Any:
+    """Make what writes over an attribute."""
+    prim = Sdf.CreatePrimInLayer(layer, attribute.GetPrim().GetPath())
+    spec = Sdf.AttributeSpec(prim, attribute.GetName(), attribute.GetTypeName())
+    spec.custom = attribute.IsCustom()
+    return spec
 
 
 def _add_samples(scene: Scene, layer: Any, timing: Timing, attributes: list[tuple[Any, FloatArray]]) -> None:
@@ -493,16 +670,14 @@ def _add_samples(scene: Scene, layer: Any, timing: Timing, attributes: list[tupl
         source = attribute.GetResolveInfo(Usd.TimeCode(float(codes[0]))).GetSource()
         if source == Usd.ResolveInfoSourceValueClips:
             raise FormatError(f"{path} comes from value clips: retime the file in place, which cuts their times")
-        spec = Sdf.AttributeSpec(
-            Sdf.CreatePrimInLayer(layer, prim.GetPath()), attribute.GetName(), attribute.GetTypeName()
-        )
-        spec.custom = attribute.IsCustom()
+        spec = _spec_over(layer, attribute)
         if attribute.HasSpline():
             spec.SetSpline(cut_spline(attribute.GetSpline(), timing.warp, timing.span, str(path)))
             continue
-        values = [attribute.Get(code) for code in codes.tolist()]
+        with naming(path, attribute.GetTypeName()):
+            values = [attribute.Get(code) for code in codes.tolist()]
         track = Track(codes, values, lambda code, one=attribute: one.Get(code))  # type: ignore[misc]
-        _set_samples(layer, path, timing.retimed(track))
+        _set_samples(layer, path, [(code, timing.moved(value)) for code, value in timing.retimed(track)])
 
 
 def _add_clips(scene: Scene, layer: Any, timing: Timing, asset: str, attributes: list[tuple[Any, FloatArray]]) -> None:
@@ -514,6 +689,8 @@ def _add_clips(scene: Scene, layer: Any, timing: Timing, asset: str, attributes:
                 f"the samples of {path} are not in the file itself, or are a spline, which value clips don't show: "
                 "write a layer over the scene (--layer over)"
             )
+        if attribute.GetTypeName() in TIMECODES:
+            raise FormatError(f"{path} says times, which value clips don't move: write a layer over (--layer over)")
         moving.add(path.GetPrefixes()[0].name)
     _refuse_ties(scene.stage)
     times = _clip_times(timing, _held_codes(timing, attributes))
@@ -567,13 +744,13 @@ def _clip_times(timing: Timing, held: FloatArray) -> list[tuple[float, float]]:
         passed = held[(held > min(a, b)) & (held < max(a, b))]
         if a > b:
             if len(held) and (held == a).any():
-                times.append((o, _before(a)))
+                times.append((o, _before(a, by=1e-7)))
             passed = passed[::-1]
         for code in passed.tolist():
             out = o + (code - a) / (b - a) * (p - o)
             times.append((out, code))
             if a > b:
-                times.append((out, _before(code)))
+                times.append((out, _before(code, by=1e-7)))
     times.append((float(outs[-1]), float(ins[-1])))
     # Of more than two at one time the first is what is come from, and the last what is gone on from.
     return [
@@ -583,8 +760,8 @@ def _clip_times(timing: Timing, held: FloatArray) -> list[tuple[float, float]]:
     ]
 
 
-def _before(code: float) -> float:
-    return min(code - 1e-7, float(np.nextafter(code, -np.inf)))
+def _before(code: float, *, by: float) -> float:
+    return min(code - by, float(np.nextafter(code, -np.inf)))
 
 
 def _refuse_ties(stage: Any) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -47,7 +48,9 @@ class Scene:
     layer : Sdf.Layer
         Its root layer.
     folder : Path
-        Where the copy lies that was opened.
+        A folder of this process's own, where the copy lies.
+    base : Path
+        The folder of what was opened: of the copy, or, where the scene is composed of files elsewhere, its own.
     text : bytes
         The root layer as it was.
     package : dict of str to bytes
@@ -61,6 +64,7 @@ class Scene:
     stage: Any
     layer: Any
     folder: Path
+    base: Path
     text: bytes
     package: dict[str, bytes] = field(default_factory=dict)
     used: list[str] = field(default_factory=list)
@@ -123,7 +127,8 @@ def open_scene(name: str, data: bytes, folder: Path | None, work: Path, outside:
         stage = Usd.Stage.Open(layer, Ar.DefaultResolverContext([]), Usd.Stage.LoadAll)
     except Tf.ErrorException as error:
         raise FormatError(words_of(error)) from None
-    return Scene(stage, layer, Path(os.path.realpath(work)), data, package, gathered.used, gathered.missing)
+    base = Path(os.path.realpath(place.parent))
+    return Scene(stage, layer, Path(os.path.realpath(work)), base, data, package, gathered.used, gathered.missing)
 
 
 def words_of(error: BaseException) -> str:
@@ -252,7 +257,7 @@ def asset_paths(layer: Any) -> Iterator[str]:
     """List every file that a layer names, of whatever kind: layers, value clips, pictures; each once."""
     found: set[str] = {path for path in layer.GetExternalReferences() if path}
     found |= set(layer.subLayerPaths)
-    for path in _spec_paths(layer):
+    for path in spec_paths(layer):
         spec = layer.GetObjectAtPath(path)
         if spec is None:
             continue
@@ -261,7 +266,8 @@ def asset_paths(layer: Any) -> Iterator[str]:
             # These have no files in them, or came above.
             if key in _NO_FILES or (key in ("timeSamples", "default") and "asset" not in type_name):
                 continue
-            value = spec.GetInfo(key)
+            with naming(f"{path}: {key}", type_name or "none that is known"):
+                value = spec.GetInfo(key)
             sets = value.values() if key == "clips" and isinstance(value, dict) else ()
             if any(isinstance(one, dict) and "templateAssetPath" in one for one in sets):
                 raise FormatError(f"{path} has value clips named by a template, which can't be followed")
@@ -269,7 +275,19 @@ def asset_paths(layer: Any) -> Iterator[str]:
     yield from sorted(path for path in found if path)
 
 
-def _spec_paths(layer: Any) -> list[Any]:
+@contextmanager
+def naming(path: Any, type_name: Any) -> Iterator[None]:
+    """Raise FormatError, with the attribute and its type, where Python can't have a value of it."""
+    try:
+        yield
+    except TypeError as error:
+        raise FormatError(
+            f"{path} is of the type {type_name}, whose values can't be read: {str(error).splitlines()[0][:200]}"
+        ) from None
+
+
+def spec_paths(layer: Any) -> list[Any]:
+    """List all that a layer says, by its paths."""
     paths: list[Any] = []
     layer.Traverse(Sdf.Path.absoluteRootPath, paths.append)
     return paths
@@ -291,7 +309,7 @@ def _collect(value: Any, found: set[str]) -> None:
 def sampled_specs(layer: Any) -> list[Any]:
     """Find the attribute specs of a layer that have two time samples or more, or a spline; in the layer's order."""
     found = []
-    for path in _spec_paths(layer):
+    for path in spec_paths(layer):
         if path.IsPropertyPath():
             spec = layer.GetAttributeAtPath(path)
             if spec is not None and (layer.GetNumTimeSamplesForPath(path) > 1 or spec.HasSpline()):

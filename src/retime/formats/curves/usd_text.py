@@ -1,4 +1,4 @@
-"""Change the time samples in the text of a USD layer, and leave every other byte as it was.
+"""Change the time samples in the text of a USD layer, and names of files, and leave every other byte as it was.
 
 USD itself writes a layer in its own way: comments go, and numbers and lines are laid out anew. So what it would write
 is taken for the samples alone, and put where the old ones stood. That this says the same is then checked by USD, which
@@ -8,6 +8,7 @@ reads both; where it doesn't, what USD writes is taken as a whole.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from pxr import Sdf, Tf
@@ -20,6 +21,7 @@ _TOKENS = re.compile(
     r"|@@@.*?@@@|@[^@\n]*@"
     r"|<[^<>\n]*>"
     r"|\#[^\n]*|//[^\n]*|/\*.*?\*/"
+    r"|(?P<time>(?<![\w:])timecode(?:\[\])?\s+[\w:]+)\s*=\s*(?P<value>\[[^\]]*\]|[-+.\w]+)"
     r"|(?P<samples>[\w:]+\.(?:timeSamples|spline))\s*=\s*(?=\{)"
     r"|(?P<code>(?<![\w:])(?:startTimeCode|endTimeCode)\s*=\s*)(?P<number>[-+.\w]+)"
     r"|[{}()]",
@@ -31,7 +33,7 @@ _MOST_LETTERS = 64 << 20
 Place = tuple[str, ...]
 
 
-def spliced_samples(source: bytes, before: str, layer: Any) -> bytes:
+def spliced_samples(source: bytes, before: str, layer: Any, assets: Mapping[str, str]) -> bytes:
     """Put the samples that USD wrote into the text that they were read from.
 
     Parameters
@@ -42,6 +44,8 @@ def spliced_samples(source: bytes, before: str, layer: Any) -> bytes:
         The same as USD writes it.
     layer : Sdf.Layer
         The changed layer.
+    assets : mapping of str to str
+        Names of files that are others in it.
 
     Returns
     -------
@@ -56,18 +60,25 @@ def spliced_samples(source: bytes, before: str, layer: Any) -> bytes:
         old = source.decode("utf-8")
     except UnicodeDecodeError:
         return written
-    old_spans, before_spans, new_spans = _spans(old), _spans(before), _spans(new)
+    (old_spans, names), (before_spans, _), (new_spans, _) = _spans(old), _spans(before), _spans(new)
     if old_spans is None or before_spans is None or new_spans is None:
         return written
     if not old_spans.keys() == before_spans.keys() == new_spans.keys():
         return written
+    changes = [
+        (*old_spans[key], _laid(old, old_spans[key][0], new[first:last]))
+        for key, (first, last) in new_spans.items()
+        if new[first:last] != before[slice(*before_spans[key])]
+    ]
+    for first, last in names:
+        mark = "@@@" if old.startswith("@@@", first) else "@"
+        asset = old[first:last].removeprefix(mark).removesuffix(mark)
+        if asset in assets:
+            changes.append((first, last, f"{mark}{assets[asset]}{mark}"))
     parts, place = [], 0
-    for key, (start, stop) in sorted(old_spans.items(), key=lambda item: item[1]):
-        first, last = new_spans[key]
-        if new[first:last] == before[slice(*before_spans[key])]:
-            continue
-        parts += [old[place:start], _laid(old, start, new[first:last])]
-        place = stop
+    for first, last, text in sorted(changes):
+        parts += [old[place:first], text]
+        place = last
     text = "".join([*parts, old[place:]])
     check = Sdf.Layer.CreateAnonymous(".usda")
     try:
@@ -78,12 +89,16 @@ def spliced_samples(source: bytes, before: str, layer: Any) -> bytes:
     return text.encode("utf-8")
 
 
-def _spans(text: str) -> dict[Place, tuple[int, int]] | None:
-    """Find where the samples of each attribute stand, with their braces, and the layer's start and end.
+Spans = dict[Place, tuple[int, int]]
 
-    None, where two have one place or brackets don't pair.
+
+def _spans(text: str) -> tuple[Spans | None, list[tuple[int, int]]]:
+    """Find what may change: samples, with their braces, values that are times, start and end; and names of files.
+
+    None for the first, where two have one place or brackets don't pair.
     """
-    found: dict[Place, tuple[int, int]] = {}
+    found: Spans = {}
+    names: list[tuple[int, int]] = []
     # What each open brace belongs to: the last string before it, which names a prim, a variant set or a variant.
     inside: list[str] = []
     label, parens = "", 0
@@ -98,9 +113,16 @@ def _spans(text: str) -> dict[Place, tuple[int, int]] | None:
             begun = (key, start, depth)
             if not depth:
                 if key in found:
-                    return None
+                    return None, names
                 found[key] = (start, token.end())
                 begun = None
+        elif word[0] == "@":
+            names.append(token.span())
+        elif token["time"]:
+            key = (*inside, " ".join(token["time"].split()))
+            if key in found:
+                return None, names
+            found[key] = token.span("value")
         elif token["samples"]:
             waiting = (*inside, token["samples"])
         elif token["code"]:
@@ -114,7 +136,7 @@ def _spans(text: str) -> dict[Place, tuple[int, int]] | None:
                 label = ""
         elif word == "}":
             if not inside:
-                return None
+                return None, names
             inside.pop()
         elif word == "(":
             parens += 1
@@ -122,7 +144,7 @@ def _spans(text: str) -> dict[Place, tuple[int, int]] | None:
             parens -= 1
         elif word[0] == '"' and not parens:
             label = word
-    return found if begun is None and not inside else None
+    return (found if begun is None and not inside else None), names
 
 
 def _laid(text: str, start: int, new: str) -> str:
