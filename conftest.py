@@ -16,5 +16,5 @@ if not find_spec("pyarrow"):
     collect_ignore += ["docs/batch.md", "docs/parquet.md"]
 # What runs USD's own libraries needs the extra "usd".
 if not find_spec("pxr"):
-    names = ("animation", "retime", "splines", "stage", "text", "write")
+    names = ("animation", "facts", "layers", "retime", "splines", "stage", "text", "write")
     collect_ignore += [f"src/retime/formats/curves/usd_{name}.py" for name in names]

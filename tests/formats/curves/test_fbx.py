@@ -820,3 +820,21 @@ def test_baked_keys_are_on_the_curves_where_nothing_is_averaged() -> None:
                 there = float(warp(time))
                 if np.abs(np.subtract(old.times, there)).min() > 1e-6:
                     assert value == pytest.approx(old.value(there), rel=1e-6, abs=1e-5)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_info_tells_stacks_layers_curves_and_keys(layout: str) -> None:
+    made = drawn_fbx(3)
+    data = layouts(made)[layout]
+    curves = Literal(data).curves
+    n_keys = sum(len(curve.times) for curve in curves.values())
+    told = fbx.facts(PLACE, data, ReadOptions())
+    version = {"text": "7.5", "64 bits": "7.5", "64 bits, compressed": "7.7"}
+    version |= {"32 bits": "7.4", "32 bits, compressed": "7.3", "text before 7200, other line ends": "7.1"}
+    assert told == {
+        "stored": f"{'text' if layout.startswith('text') else 'binary'}, version {version[layout]}",
+        "animations": f"1: take (2.500 s, 2 layers (BaseLayer, top), {len(curves)} curves, {n_keys} keys)",
+        "takes": "1: take",
+        "time mode": "6: 30 Hz",
+        "scene": "3 models, 1 geometries, 0 deformers, 0 materials; up axis Y, 1 cm a unit",
+    }

@@ -9,10 +9,11 @@ from pathlib import Path
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
 from retime.formats.curves.fbx_bake import baked_keys
-from retime.formats.curves.fbx_motion import sample_stack
+from retime.formats.curves.fbx_motion import sample_stack, time_mode
 from retime.formats.curves.fbx_retime import cut_keys, retimed, warps_of
 from retime.formats.curves.fbx_scene import chosen_stacks, parse_fbx
 from retime.formats.curves.fbx_span import read_stack
+from retime.formats.curves.fbx_text import TextFbx
 from retime.formats.curves.fbx_write import fbx_of
 from retime.formats.read_options import ReadOptions
 from retime.motion.any_motion import AnyMotion
@@ -46,6 +47,36 @@ def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
             stacklevel=2,
         )
     return sample_stack(scene, read_stack(scene, stacks[0]), options.rate, options.limits).clip
+
+
+def facts(path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:
+    """Say which stacks a scene has, with their layers, curves and keys; its frame rate; and what else there is."""
+    scene = parse_fbx(path, data, options.limits)
+    said = []
+    for stack in scene.stacks:
+        layers = f"{len(stack.layers)} layers" if len(stack.layers) != 1 else "1 layer"
+        if len(stack.layers) > 1:
+            layers += f" ({', '.join(layer.item.name for layer in stack.layers)})"
+        if not stack.curves:
+            said.append(f"{stack.name} ({layers}, no curves)")
+            continue
+        curves = read_stack(scene, stack)
+        counts = f"{layers}, {len(stack.curves)} curves, {len(curves.keys.ticks)} keys"
+        said.append(f"{stack.name} ({curves.end - curves.start:.3f} s, {counts})")
+    section = scene.file.section("Takes")
+    takes = [one for one in section.children if one.name == "Take"] if section is not None else []
+    names = [str(values[0].content) for values in map(scene.file.values, takes) if values]
+    kinds = [item.kind for item in scene.items.values()]
+    parts = [("Model", "models"), ("Geometry", "geometries"), ("Deformer", "deformers"), ("Material", "materials")]
+    axis = "XYZ"[min(max(int(scene.setting("UpAxis", 1)), 0), 2)]
+    counts = ", ".join(f"{kinds.count(kind)} {name}" for kind, name in parts)
+    return {
+        "stored": f"{'text' if isinstance(scene.file, TextFbx) else 'binary'}, version {scene.file.version / 1000:g}",
+        "animations": f"{len(said)}: {', '.join(said)}",
+        "takes": f"{len(names)}: {', '.join(names)}" if names else "none",
+        "time mode": time_mode(scene),
+        "scene": f"{counts}; up axis {axis}, {scene.setting('UnitScaleFactor', 1.0):g} cm a unit",
+    }
 
 
 def write(motion: AnyMotion, path: Path, *, overwrite: bool) -> None:

@@ -68,14 +68,26 @@ class Sampled:
     __repr__ = brief_repr
 
 
+def _said_rate(scene: FbxScene) -> Fraction | None:
+    """Return the frame rate that a scene says."""
+    mode = int(scene.setting("TimeMode", 0))
+    if mode in _RATES:
+        return Fraction(_RATES[mode])
+    if mode == _CUSTOM and 0.001 <= scene.setting("CustomFrameRate", -1) <= 1e5:
+        return parse_rate(scene.setting("CustomFrameRate", -1))
+    return None
+
+
+def time_mode(scene: FbxScene) -> str:
+    """Say how a scene's time is counted: its number for that, and the frame rate."""
+    said = _said_rate(scene)
+    rate = "no frame rate of its own" if said is None else f"{float(said):.6g} Hz"
+    return f"{int(scene.setting('TimeMode', 0))}: {rate}"
+
+
 def frame_rate(scene: FbxScene, curves: StackCurves) -> Fraction:
     """Find the scene's frame rate, or a finer usual one where keys lie between its frames."""
-    mode = int(scene.setting("TimeMode", 0))
-    said: Fraction | None = None
-    if mode in _RATES:
-        said = Fraction(_RATES[mode])
-    elif mode == _CUSTOM and 0.001 <= scene.setting("CustomFrameRate", -1) <= 1e5:
-        said = parse_rate(scene.setting("CustomFrameRate", -1))
+    said = _said_rate(scene)
     keys = np.unique(curves.keys.ticks) / scene.ticks - curves.start
     # Keys that lie closer than its frames want a finer one.
     dense = said is None or float(np.diff(keys).min(initial=np.inf)) * float(said * _FINER) < 1 + 1e-6
