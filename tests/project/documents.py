@@ -18,8 +18,10 @@ from retime.project.document import (
     KeptWarp,
     Key,
     LockedTime,
+    Marker,
     MediaFile,
     ReferenceFile,
+    WorkArea,
 )
 from retime.project.file import warp_id
 from retime.project.journal import Edit
@@ -57,6 +59,8 @@ def document_of(folder: Path) -> Document:
         kept=(KeptWarp(warp_id(WARP), "first try"),),
         media=MediaFile(str(folder / "footage" / "take.mp4"), "-12f", "output"),
         beats=BeatsFile(str(folder / "beats.csv"), "onsets"),
+        markers=(Marker("m1", 1 / 3, "beat, première"), Marker("m2", 2.0, on="input")),
+        work_area=WorkArea(0.1, 1 / 3),
     )
 
 

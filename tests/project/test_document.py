@@ -34,6 +34,11 @@ from retime.search.options import OPTIONS
         ({"flights": [{"id": "f", "start": 0, "end": 1}] * 2}, "two flights have the same id"),
         ({"flights": [{"id": "f", "start": 0}]}, r"flights\[0\]: end is missing"),
         ({"flights": [{"id": "f", "start": 0, "end": 1, "flies": 1}]}, "flies: expected true or false"),
+        ({"markers": [{"id": "m", "time": 0}] * 2}, "two markers have the same id"),
+        ({"markers": [{"id": "m", "time": 0, "on": "clip"}]}, "on: expected one of output, input"),
+        ({"markers": [{"id": "m", "time": 0, "name": "n" * 201}]}, "the name of a marker is longer than 200 letters"),
+        ({"work_area": {"start": 1, "end": 1}}, "a work area ends after it begins"),
+        ({"work_area": {"start": 1}}, "work_area: end is missing"),
         ({"example": {"start": 1}}, "example: end is missing"),
         ({"repeat": "2"}, "repeat: expected a number"),
         ({"references": [{"counterparts": [{"clip": 1, "path": "b"}]}]}, "counterpart for clip 1, of 1 clips"),
@@ -49,6 +54,7 @@ def test_what_is_no_document_is_refused_with_its_place(change, says) -> None:
 def test_what_older_programs_did_not_know_is_not_asked_for() -> None:
     document = from_value(Document, {"clips": [{"path": "a.bvh"}]}, "document")
     assert (document.flights, document.example, document.repeat) == ((), None, 1.0)
+    assert (document.markers, document.work_area) == ((), None)
 
 
 def test_what_is_null_was_not_given() -> None:

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 from retime import RetimeWarning, Warp, align, guided_warp, imitate, linear_warp, read, write
-from retime.project.document import ClipFile, Document, Example, FlightMark, Key, LockedTime, ReferenceFile
+from retime.project.document import (
+    ClipFile,
+    Document,
+    Example,
+    FlightMark,
+    Key,
+    LockedTime,
+    Marker,
+    ReferenceFile,
+    WorkArea,
+)
 from retime.project.faults import FaultyError
 from retime.project.solve import DocumentSolver
 from tests.cli.figures import figure
@@ -46,6 +56,31 @@ def test_a_flight_that_is_moved_denied_or_added_is_searched_with(document) -> No
         np.testing.assert_array_equal(solved.input_times, expected.input_times)
         assert not np.array_equal(solved.input_times, plain.warp.input_times)
     # Taken back, all is as before.
+    np.testing.assert_array_equal(solver.solve(document).warp.input_times, plain.warp.input_times)
+
+
+def test_markers_and_the_work_area_change_nothing_and_nothing_is_searched_anew_for_them(document) -> None:
+    solver = DocumentSolver()
+    plain = solver.solve(document)
+    marked = replace(document, markers=(Marker("m", 1.0, "beat"),), work_area=WorkArea(0.5, 1.0))
+    solved = solver.solve(marked)
+    assert solved.document is marked
+    assert solved.search is plain.search
+    np.testing.assert_array_equal(DocumentSolver().solve(marked).warp.input_times, plain.warp.input_times)
+    # What says something of the warp is searched with, whatever is marked.
+    keyed = solver.solve(replace(marked, keys=(Key("k", 1.0, 0.5),)))
+    assert keyed.search is not plain.search
+    assert keyed.warp(0.5) == pytest.approx(1.0)
+    assert not np.array_equal(keyed.warp.input_times, plain.warp.input_times)
+    back = solver.solve(document)
+    np.testing.assert_array_equal(back.warp.input_times, plain.warp.input_times)
+
+
+def test_a_document_that_can_not_be_solved_leaves_no_solution_behind(document) -> None:
+    solver = DocumentSolver()
+    plain = solver.solve(document)
+    with pytest.raises(FaultyError):
+        solver.solve(replace(document, options={"length": "soon"}))
     np.testing.assert_array_equal(solver.solve(document).warp.input_times, plain.warp.input_times)
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from fractions import Fraction
 
 import numpy as np
+import pytest
 
+from retime import write
 from retime.motion.channels import ChannelKind
 from retime.motion.signal import Signal
-from retime.project.reader import Sources
+from retime.project.document import ClipFile, Document
+from retime.project.reader import Reader, Sources
 from retime.search.poses.references import Reference
 from retime.server.drawn_messages import clip_messages
 from tests.cli.figures import figure
@@ -33,6 +36,18 @@ def test_channels_are_told_with_what_they_hold() -> None:
     values = np.stack([np.linspace(170, 180, 8), np.arange(8) % 2, np.zeros(8)], axis=1)
     (told,) = clip_messages(sources_of(Signal(("yaw", "id", "x"), values, Fraction(30), kinds=kinds)))
     assert told.kinds == ("angle:deg", "label", "linear")
+
+
+def test_of_a_clip_that_is_cut_the_page_knows_where_in_its_file_it_lies(tmp_path) -> None:
+    clip = figure()
+    write(clip, tmp_path / "jump.bvh")
+    whole = ClipFile(str(tmp_path / "jump.bvh"))
+    part = ClipFile(whole.path, first_frame=12, last_frame=40)
+    (told,) = clip_messages(Reader().read(Document((part,))))
+    assert (told.n_frames, told.n_whole, told.first_frame) == (29, clip.n_frames, 12)
+    assert told.start_time * told.rate == pytest.approx(12)
+    (told,) = clip_messages(Reader().read(Document((whole,))))
+    assert (told.start_time, told.n_whole) == (0, clip.n_frames)
 
 
 def sources_of(clip, *, reference=None) -> Sources:

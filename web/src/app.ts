@@ -178,6 +178,8 @@ export class App {
       link: () => player.toggleLink(),
       snap: () => store.look({ snap: !store.view.snap }),
       fit: () => this.timeline.fit(),
+      scrub: (axis, time) => (axis === "output" ? player.scrub(time) : player.scrubInput(time)),
+      units: (units) => store.look({ units }),
     });
   }
 

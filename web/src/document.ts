@@ -7,7 +7,9 @@ import type { Knots } from "./warp";
 
 /** An id that no key or lock of the document has. */
 export function freshId(document: Document, letter: string): string {
-  const taken = new Set([...document.keys, ...document.locks, ...document.flights].map((one) => one.id));
+  const taken = new Set(
+    [...document.keys, ...document.locks, ...document.flights, ...document.markers].map((one) => one.id),
+  );
   let n = 1;
   while (taken.has(`${letter}${n}`)) n++;
   return `${letter}${n}`;
@@ -61,6 +63,12 @@ export interface Room {
   readonly outputEnd: number;
 }
 
+/** Where times snap to on each axis. */
+export interface Snap {
+  output(time: number): number;
+  input(time: number): number;
+}
+
 /**
  * Where a key lands that is dragged to a place: on whole frames if so wished, inside the input, and in output time at
  * least a frame from its neighbours and the ends. What is `exact` was snapped to something else than frames.
@@ -70,7 +78,7 @@ export function keyPlace(
   id: string,
   wanted: { inputTime: number; outputTime: number },
   room: Room,
-  snap: boolean,
+  snap: boolean | Snap,
   exact: { readonly inputTime?: number; readonly outputTime?: number } = {},
 ): { input_time: number; output_time: number } {
   const others = document.keys.filter((key) => key.id !== id).map((key) => key.output_time);
@@ -78,14 +86,15 @@ export function keyPlace(
   const frame = 1 / room.rate;
   const before = Math.max(0, ...others.filter((time) => time < own));
   const after = Math.min(room.outputEnd, ...others.filter((time) => time > own));
-  const place = (time: number, isExact: boolean): number => (snap && !isExact ? snapped(time, room.rate) : time);
+  const plain = (time: number): number => (snap ? snapped(time, room.rate) : time);
+  const place: Snap = typeof snap === "boolean" ? { output: plain, input: plain } : snap;
+  const wantedOutput = exact.outputTime === undefined ? place.output(wanted.outputTime) : wanted.outputTime;
+  const wantedInput = exact.inputTime === undefined ? place.input(wanted.inputTime) : wanted.inputTime;
   // Neighbours less than two frames apart leave no room: the key goes midway between them.
   const low = before + frame;
   const high = after - frame;
-  const outputTime =
-    low <= high ? clamp(place(wanted.outputTime, exact.outputTime !== undefined), low, high) : (before + after) / 2;
-  const inputTime = place(wanted.inputTime, exact.inputTime !== undefined);
-  return { input_time: clamp(inputTime, 0, room.inputEnd), output_time: outputTime };
+  const outputTime = low <= high ? clamp(wantedOutput, low, high) : (before + after) / 2;
+  return { input_time: clamp(wantedInput, 0, room.inputEnd), output_time: outputTime };
 }
 
 /** Add a span that may not be cut: slowed down at most. */

@@ -1,6 +1,7 @@
 /** Flights: those that were found, put right by what the document says of some stretches. Times are of the input. */
 
 import type { Clip, Curve, Document, FlightMark } from "./messages";
+import { spanText, type Units } from "./units";
 import { at } from "./warp";
 
 /** A flight, or a stretch of which a person says that nothing flies there. */
@@ -77,9 +78,9 @@ export function flightsCount({ example }: Document, curve: Curve | null): boolea
 }
 
 /** What a flight is called, and where it is. */
-export function flightText({ start, end, flies, marked }: Flight): string {
+export function flightText({ start, end, flies, marked }: Flight, rate: number, units: Units): string {
   const source = marked ? "said by hand" : "found";
-  return `${flies ? "in the air" : "not in the air"} from input ${start.toFixed(2)} to ${end.toFixed(2)} s, ${source}`;
+  return `${flies ? "in the air" : "not in the air"} from input ${spanText(start, end, rate, units)}, ${source}`;
 }
 
 /** Names of the feet that stand at an input time. */

@@ -161,6 +161,20 @@ export interface BeatsFile {
   readonly on: "beats" | "onsets";
 }
 
+/** A moment that a person has marked. It changes nothing of the warp: hands and keytimes snap to it. */
+export interface Marker {
+  readonly id: string;
+  readonly time: number;
+  readonly name: string;
+  readonly on: "output" | "input";
+}
+
+/** The stretch of the output that is worked on: what is played is this. It changes nothing of the warp. */
+export interface WorkArea {
+  readonly start: number;
+  readonly end: number;
+}
+
 /** All that undo brings back. */
 export interface Document {
   readonly clips: readonly ClipFile[];
@@ -176,6 +190,8 @@ export interface Document {
   readonly kept: readonly KeptWarp[];
   readonly media: MediaFile | null;
   readonly beats: BeatsFile | null;
+  readonly markers: readonly Marker[];
+  readonly work_area: WorkArea | null;
 }
 
 // From the page to the server.

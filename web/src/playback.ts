@@ -49,10 +49,34 @@ export function leading(state: PlaybackState, warp: Knots, inputEnd: number): [n
   return [state.outputTime, outputStart(warp), outputEnd(warp)];
 }
 
-/** Let `seconds` pass. At the end it begins anew, or stands. */
-export function advance(state: PlaybackState, warp: Knots, inputEnd: number, seconds: number): PlaybackState {
+/** A stretch of the output. */
+export interface Stretch {
+  readonly start: number;
+  readonly end: number;
+}
+
+/** From when to when the leading clock runs: all of it, or a stretch of the output. */
+export function range(state: PlaybackState, warp: Knots, inputEnd: number, part: Stretch | null): Stretch {
+  const [, start, end] = leading(state, warp, inputEnd);
+  if (!part) return { start, end };
+  if (state.clock === "output") return part;
+  // Unlinked, the input's clock counts from its own beginning, as the output's does.
+  const times = [part.start, part.end].map((time) => (state.linked ? inputAt(warp, time) : time - outputStart(warp)));
+  const [first, last] = times.sort((a, b) => a - b).map((time) => clamp(time, 0, inputEnd)) as [number, number];
+  return last > first ? { start: first, end: last } : { start, end };
+}
+
+/** Let `seconds` pass. At the end, or that of the part that is played, it begins anew, or stands. */
+export function advance(
+  state: PlaybackState,
+  warp: Knots,
+  inputEnd: number,
+  seconds: number,
+  part: Stretch | null = null,
+): PlaybackState {
   if (state.rate === 0) return state;
-  const [time, start, end] = leading(state, warp, inputEnd);
+  const [time] = leading(state, warp, inputEnd);
+  const { start, end } = range(state, warp, inputEnd, part);
   let next = time + seconds * state.rate;
   let rate = state.rate;
   if (next > end || next < start) {

@@ -1,9 +1,10 @@
 /** The playhead: played, stepped, and put where a person wants it. */
 
-import { advance, type ClockName, leading, type PlaybackState, seek, shuttle, step } from "./playback";
+import { markedTimes, playedStretch } from "./markers";
+import { advance, type ClockName, leading, type PlaybackState, range, seek, shuttle, step } from "./playback";
 import { clamp } from "./scale";
 import type { Store } from "./store";
-import { type Knots, outputEnd, outputStart } from "./warp";
+import { type Knots, outputAt, outputEnd, outputStart } from "./warp";
 
 /** Seconds that the playhead goes on in a frame at most: while the page was in another tab, no time has passed for it. */
 const LONGEST_FRAME = 0.25;
@@ -28,7 +29,7 @@ export class Player {
     }
     const seconds = this.before > 0 ? Math.min((now - this.before) / 1000, LONGEST_FRAME) : 0;
     this.before = now;
-    store.setPlayback(advance(store.playback, knots, store.inputEnd, seconds));
+    store.setPlayback(advance(store.playback, knots, store.inputEnd, seconds, playedStretch(store.document, knots)));
   }
 
   /** Play, or pause; from its end the clip is played from its beginning. */
@@ -37,8 +38,10 @@ export class Player {
     const { knots } = store;
     if (!knots) return;
     if (this.isPlaying) return this.stop();
-    const [time, start, end] = leading(store.playback, knots, store.inputEnd);
-    if (time >= end - 1e-9) store.setPlayback(seek(store.playback, knots, store.inputEnd, start));
+    const [time] = leading(store.playback, knots, store.inputEnd);
+    const { start, end } = range(store.playback, knots, store.inputEnd, playedStretch(store.document, knots));
+    if (time >= end - 1e-9 || time < start - 1e-9)
+      store.setPlayback(seek(store.playback, knots, store.inputEnd, start));
     this.change({ rate: 1 });
   }
 
@@ -59,6 +62,21 @@ export class Player {
   /** Stand at an output time, whichever clock leads: the timeline is in output time. */
   scrub(outputTime: number): void {
     if (this.store.knots) this.put(this.store.knots, outputTime, "output", { rate: 0 });
+  }
+
+  /** Stand at the output time that shows an input time, the nearest of several. */
+  scrubInput(inputTime: number): void {
+    const { knots, playback, inputEnd } = this.store;
+    if (knots) this.scrub(outputAt(knots, clamp(inputTime, 0, inputEnd), playback.outputTime));
+  }
+
+  /** To the next marker of the output or the last one before. */
+  toMarker(direction: -1 | 1): void {
+    const { store } = this;
+    const now = store.playback.outputTime;
+    const times = markedTimes(store.document, "output").sort((a, b) => a - b);
+    const next = direction > 0 ? times.find((time) => time > now + 1e-6) : times.findLast((time) => time < now - 1e-6);
+    if (next !== undefined) this.scrub(next);
   }
 
   toEdge(edge: "start" | "end"): void {

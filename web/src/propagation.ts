@@ -2,6 +2,7 @@
 
 import type { Document, Example } from "./messages";
 import { clamp } from "./scale";
+import { spanText, type Units } from "./units";
 
 /** The stretch of the input that was retimed by hand, as its keytimes and locks tell; null where there is none. */
 export function retimedStretch({ keys, locks }: Document, inputEnd: number): Example | null {
@@ -20,10 +21,10 @@ export function setExample(document: Document, example: Example | null): Documen
 }
 
 /** Stretches in a few words: "5.33 to 7.27 s, 10.43 to 12.50 s". */
-export function stretchesText(pairs: ArrayLike<number>): string {
+export function stretchesText(pairs: ArrayLike<number>, rate: number, units: Units): string {
   const words: string[] = [];
   for (let i = 0; i + 1 < pairs.length; i += 2) {
-    words.push(`${(pairs[i] as number).toFixed(2)} to ${(pairs[i + 1] as number).toFixed(2)} s`);
+    words.push(spanText(pairs[i] as number, pairs[i + 1] as number, rate, units));
   }
   return words.join(", ");
 }

@@ -27,6 +27,7 @@ export type Selection =
   | { readonly kind: "key"; readonly id: string }
   | { readonly kind: "lock"; readonly id: string }
   | { readonly kind: "flight"; readonly id: string }
+  | { readonly kind: "marker"; readonly id: string }
   | { readonly kind: "end" }
   | null;
 

@@ -1,6 +1,7 @@
 /** What of the document is looked at, and how; most of it the browser remembers. */
 
 import { recall, remember } from "./memory";
+import type { Units } from "./units";
 
 /** What is compared with the output. */
 export type Companion = "input" | "linear" | "spline" | { readonly kept: string };
@@ -21,6 +22,7 @@ export interface ViewSettings {
   readonly snapBeats: boolean;
   /** The sound beside the stage is heard while it plays. */
   readonly heard: boolean;
+  readonly units: Units;
   /** Which clip of a group the camera follows, or which signal is drawn. */
   readonly clip: number;
   /** The stage is seen through the group's camera. */
@@ -41,6 +43,7 @@ export const PLAIN_VIEW: ViewSettings = {
   ripple: false,
   snapBeats: true,
   heard: true,
+  units: "seconds",
   clip: 0,
   through: false,
   reference: 0,
@@ -61,6 +64,6 @@ export function recallView(): ViewSettings {
 
 /** Remember how it is looked at; what belongs to one document alone is not for the next. */
 export function rememberView(view: ViewSettings): void {
-  const { layout, follow, ground, trails, onion, snap, snapBeats, heard } = view;
-  remember(STORED, JSON.stringify({ layout, follow, ground, trails, onion, snap, snapBeats, heard }));
+  const { layout, follow, ground, trails, onion, snap, snapBeats, heard, units } = view;
+  remember(STORED, JSON.stringify({ layout, follow, ground, trails, onion, snap, snapBeats, heard, units }));
 }

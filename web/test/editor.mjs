@@ -92,7 +92,7 @@ export class Editor {
   }
 
   async readout(which) {
-    return this.page.locator(`.readout[data-is=${which}] b`).innerText();
+    return this.page.locator(`.readout[data-is=${which}] input`).inputValue();
   }
 
   /** The frame that a readout shows, counted from 0. */
@@ -103,8 +103,8 @@ export class Editor {
   /** Wait until a readout shows something else; the panels follow the curve when the hand rests. */
   async changed(which, from) {
     await this.page.waitForFunction(
-      ([selector, old]) => document.querySelector(selector).innerText !== old,
-      [`.readout[data-is=${which}] b`, from],
+      ([selector, old]) => document.querySelector(selector).value !== old,
+      [`.readout[data-is=${which}] input`, from],
     );
   }
 

@@ -30,4 +30,6 @@ export const EMPTY: Document = {
   kept: [],
   media: null,
   beats: null,
+  markers: [],
+  work_area: null,
 };

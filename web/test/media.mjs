@@ -148,7 +148,7 @@ try {
     await filming.getByText(`Wrote ${film}`).waitFor({ timeout: 120_000 });
     found.film = film;
     found.seconds = await page.evaluate(() =>
-      Number(document.querySelector(".readout[data-is=output] b").innerText.slice(0, -2)),
+      Number(document.querySelector(".readout[data-is=output] input").value.slice(0, -2)),
     );
   } else await filming.getByText(/pip install 'retime\[video\]'/).waitFor();
   await filming.getByRole("button", { name: "Close" }).click();

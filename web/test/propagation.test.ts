@@ -23,7 +23,8 @@ describe("the stretch that was retimed by hand", () => {
 describe("stretches", () => {
   it("are said, and asked for a time", () => {
     const pairs = Float64Array.of(1, 2, 3.456, 4);
-    expect(stretchesText(pairs)).toBe("1.00 to 2.00 s, 3.46 to 4.00 s");
+    expect(stretchesText(pairs, 10, "seconds")).toBe("1.00 to 2.00 s, 3.46 to 4.00 s");
+    expect(stretchesText(pairs, 10, "frames")).toBe("10f to 20f, 34.56f to 40f");
     expect([0.5, 1, 2.5, 4].map((time) => isWithin(pairs, time))).toEqual([false, true, false, true]);
   });
 });

@@ -212,6 +212,42 @@ class Example:
     end: float
 
 
+@dataclass(frozen=True)
+class Marker:
+    """A moment that a person has marked. It changes nothing of the warp: hands and keytimes snap to it.
+
+    Attributes
+    ----------
+    id : str
+        Stays with it while it is moved.
+    time : float
+        Seconds.
+    name : str
+        What it is; may be empty.
+    on : {"output", "input"}
+        Which time it is of: a beat that something is to happen on, or the moment of the clip at which it does.
+    """
+
+    id: str
+    time: float
+    name: str = ""
+    on: Literal["output", "input"] = "output"
+
+
+@dataclass(frozen=True)
+class WorkArea:
+    """The stretch of the output that is worked on: what is played is this. It changes nothing of the warp.
+
+    Attributes
+    ----------
+    start, end : float
+        Output time, seconds.
+    """
+
+    start: float
+    end: float
+
+
 def _held_by(option: Option) -> Any:
     """Return the type that holds an option in a document."""
     if option.kind == "choice":
@@ -315,6 +351,10 @@ class Document:
         A video or a sound beside the stage.
     beats : BeatsFile, optional
         Moments to put keytimes on.
+    markers : tuple of Marker
+        In any order.
+    work_area : WorkArea, optional
+        Left out, all of the output.
     """
 
     clips: tuple[ClipFile, ...]
@@ -331,6 +371,8 @@ class Document:
     kept: tuple[KeptWarp, ...] = ()
     media: MediaFile | None = None
     beats: BeatsFile | None = None
+    markers: tuple[Marker, ...] = ()
+    work_area: WorkArea | None = None
 
     def __post_init__(self) -> None:
         if not self.clips:
@@ -353,8 +395,13 @@ class Document:
             ("locks", [lock.id for lock in self.locks]),
             ("flights", [flight.id for flight in self.flights]),
             ("kept warps", [warp.id for warp in self.kept]),
+            ("markers", [marker.id for marker in self.markers]),
         ):
             if len(set(ids)) < len(ids):
                 raise FormatError(f"two {what} have the same id")
             if any(not one or len(one) > MAX_NAME for one in ids):
                 raise FormatError(f"an id of the {what} is empty, or longer than {MAX_NAME} letters")
+        if any(len(marker.name) > MAX_NAME for marker in self.markers):
+            raise FormatError(f"the name of a marker is longer than {MAX_NAME} letters")
+        if self.work_area is not None and not self.work_area.start < self.work_area.end:
+            raise FormatError("a work area ends after it begins")

@@ -38,12 +38,16 @@ class Sources:
         For each reference what its first motion is cut out of.
     moved : tuple of bool
         For each clip whether it was put elsewhere on the first one's clock; left out, none was.
+    stretches : tuple of (int, int)
+        For each clip how many frames of its file come before those used, and how many the file has; left out, all of
+        each file is used.
     """
 
     clips: tuple[AnyMotion, ...]
     references: tuple[Reference, ...]
     wholes: tuple[AnyMotion, ...]
     moved: tuple[bool, ...] = ()
+    stretches: tuple[tuple[int, int], ...] = ()
 
     __repr__ = brief_repr
 
@@ -139,6 +143,7 @@ class Reader:
             tuple(references[file, searched][1] for file in document.references),
             tuple(clips[0] if file.path is None else self._stretch(file, None, None) for file in document.references),
             tuple(placed is not clip for placed, clip in zip(clips, cut, strict=True)),
+            tuple(self._place(file, clip) for file, clip in zip(document.clips, cut, strict=True)),
         )
         if self._sources is None or not _same(self._sources, found):
             self._sources = found
@@ -157,6 +162,11 @@ class Reader:
                 )
             known = self._placed[index] = clip, first, file.offset, placed
         return known[3]
+
+    def _place(self, file: ClipFile, part: AnyMotion) -> tuple[int, int]:
+        """Say how many frames of a clip's file come before those used, and how many there are."""
+        whole = self._stretch(file, None, None)
+        return part.first_frame - whole.first_frame, whole.n_frames
 
     def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:
         """Read a file, or remember it, and cut out the frames used."""

@@ -30,7 +30,7 @@ def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]
     clips = before.clips if before is not None and len(before.clips) == len(sources.clips) else ()
     unit = unit_of_signals(sources.clips)
     found = [
-        _clip("clip", i, len(sources.clips), clip, clip, (), unit)
+        _clip("clip", i, len(sources.clips), clip, _stretch_of(sources, i), (), unit)
         for i, clip in enumerate(sources.clips)
         if not clips or clip is not clips[i]
     ]
@@ -40,7 +40,8 @@ def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]
             continue
         clip = reference.clips[0]
         counterparts = counterparts_of(first, clip, reference)
-        found.append(_clip("reference", i, len(sources.references), clip, whole, counterparts, unit))
+        stretch = clip.first_frame - whole.first_frame, whole.n_frames
+        found.append(_clip("reference", i, len(sources.references), clip, stretch, counterparts, unit))
     return found
 
 
@@ -48,6 +49,11 @@ def unit_of_signals(clips: Sequence[AnyMotion]) -> float:
     """Return the metres of a unit of a group's signals that say none: they are taken to have the figure's."""
     figures = [clip for clip in clips if isinstance(clip, Motion) and camera_path(clip) is None]
     return metres_per_unit(figures[0]) if figures else 1.0
+
+
+def _stretch_of(sources: Sources, clip: int) -> tuple[int, int]:
+    """Say how many frames of a clip's file come before those used, and how many there are."""
+    return sources.stretches[clip] if sources.stretches else (0, sources.clips[clip].n_frames)
 
 
 def counterparts_of(clip: AnyMotion, other: AnyMotion, reference: Reference) -> tuple[str, ...]:
@@ -74,7 +80,7 @@ def _clip(
     index: int,
     count: int,
     clip: AnyMotion,
-    whole: AnyMotion,
+    stretch: tuple[int, int],
     counterparts: tuple[str, ...],
     unit: float,
 ) -> Clip:
@@ -102,8 +108,8 @@ def _clip(
         n_frames=clip.n_frames,
         n_nodes=len(parents),
         first_frame=clip.first_frame,
-        start_time=(clip.first_frame - whole.first_frame) / float(clip.rate),
-        n_whole=whole.n_frames,
+        start_time=stretch[0] / float(clip.rate),
+        n_whole=stretch[1],
         names=names,
         parents=parents,
         positions=positions.astype(np.float32),

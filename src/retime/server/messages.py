@@ -461,8 +461,8 @@ class Clip:
     first_frame : int
         The number that the file gives its first frame used.
     start_time : float
-        Of a reference: when its frames begin in the whole that they are cut out of (its file, or the first clip),
-        seconds. Of a clip 0.
+        When its frames begin in the whole that they are cut out of, seconds: in its file; of a reference that is the
+        first clip itself, in what is used of that.
     n_whole : int
         Frames of that whole.
     names : list of str

@@ -2,6 +2,7 @@
 
 import { make, setAttribute, setText } from "../dom";
 import { GrammarError } from "../grammar";
+import { type Scrub, scrubbable } from "./scrub";
 
 let count = 0;
 
@@ -16,8 +17,11 @@ export interface Field {
   blame(message: string | null): void;
 }
 
-/** A field for text; `commit` returns whether it understood what was typed, or throws what is wrong with it. */
-export function textField(label: string, hint: string, commit: (text: string) => boolean): Field {
+/**
+ * A field for text; `commit` returns whether it understood what was typed, or throws what is wrong with it. With `scrub`
+ * its value can be dragged to the left and to the right.
+ */
+export function textField(label: string, hint: string, commit: (text: string) => boolean, scrub?: Scrub): Field {
   const id = `retime-field-${++count}`;
   const input = make("input", {
     id,
@@ -25,8 +29,9 @@ export function textField(label: string, hint: string, commit: (text: string) =>
     type: "text",
     spellcheck: "false",
     autocomplete: "off",
-    title: hint,
+    title: scrub ? `${hint}. Or drag across it` : hint,
   });
+  if (scrub) scrubbable(input, scrub);
   const trouble = make("p", { id: `${id}-trouble`, class: "refused", hidden: true });
   let shown = "";
   let refused = false;

@@ -9,6 +9,7 @@ import { compareSection } from "./sections/compare";
 import { flightsSection } from "./sections/flights";
 import { keytimeSection } from "./sections/keytime";
 import { locksSection } from "./sections/locks";
+import { markersSection } from "./sections/markers";
 import { mediaSection } from "./sections/media";
 import { propagateSection } from "./sections/propagate";
 import { referencesSection } from "./sections/references";
@@ -34,6 +35,7 @@ export class Inspector {
       timingSection,
       locksSection,
       flightsSection,
+      markersSection,
       propagateSection,
       referencesSection,
       compareSection,

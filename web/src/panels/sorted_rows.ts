@@ -8,11 +8,11 @@ export interface SortedRow {
   update(): void;
 }
 
-/** A column: its head, and the number that it is sorted by. */
+/** A column: its head, and the number or the text that it is sorted by. */
 export interface Column<T> {
   readonly name: string;
   readonly title: string;
-  value(item: T): number;
+  value(item: T): number | string;
 }
 
 export class SortedRows<T extends { readonly id: string }> {
@@ -20,13 +20,14 @@ export class SortedRows<T extends { readonly id: string }> {
   private readonly list = make("div", { class: "rowlist" });
   private readonly heads: readonly HTMLButtonElement[];
   private readonly rows = new Map<string, SortedRow>();
-  private column = 0;
   private isDownward = false;
   private items: readonly T[] = [];
 
   constructor(
     private readonly columns: readonly Column<T>[],
     private readonly makeRow: (id: string) => SortedRow,
+    /** Which column it is sorted by at first. */
+    private column = 0,
   ) {
     this.heads = columns.map(({ name, title }, i) => {
       const head = make("button", { type: "button", class: "head", title }, name);
@@ -54,7 +55,7 @@ export class SortedRows<T extends { readonly id: string }> {
     const sign = isDownward ? -1 : 1;
     // Whoever edits a row keeps it where it is until the hand is elsewhere.
     if (!list.contains(document.activeElement)) {
-      const ordered = [...items].sort((a, b) => sign * (by.value(a) - by.value(b)));
+      const ordered = [...items].sort((a, b) => sign * order(by.value(a), by.value(b)));
       ordered.forEach(({ id }, i) => {
         const { root } = rows.get(id) as SortedRow;
         if (list.children[i] !== root) list.insertBefore(root, list.children[i] ?? null);
@@ -71,4 +72,8 @@ export class SortedRows<T extends { readonly id: string }> {
       setAttribute(head, "aria-label", `Sort by ${this.columns[i]?.name}${i === column ? `, now ${how}` : ""}`);
     });
   }
+}
+
+function order(a: number | string, b: number | string): number {
+  return typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b));
 }

@@ -3,6 +3,7 @@
 import { make, setAttribute, setText } from "../dom";
 import { cameraOf } from "../stage/cameras";
 import type { Store, Topic } from "../store";
+import { said } from "../units";
 import type { ViewSettings } from "../view_settings";
 import { nearestMatch } from "../why";
 import { ChannelList } from "./channels";
@@ -87,12 +88,16 @@ export class StageBar {
     const side = view.layout === "side";
     this.divider.hidden = !side;
     const isInput = view.companion === "input";
-    const otherTime = isInput ? `${playback.inputTime.toFixed(2)} s` : `${playback.outputTime.toFixed(2)} s`;
+    const otherTime = said(this.store, isInput ? playback.inputTime : playback.outputTime);
     this.left.dataset.is = isInput ? "input" : "other";
     fill(this.left, view.showB ? "This warp" : this.store.companionName, otherTime);
     const looked = this.store.lookedAt;
     const where = looked === playback.outputTime ? "" : " (under the pointer)";
-    fill(this.right, view.showB ? `Output, ${this.store.companionName}` : "Output", `${looked.toFixed(2)} s${where}`);
+    fill(
+      this.right,
+      view.showB ? `Output, ${this.store.companionName}` : "Output",
+      `${said(this.store, looked)}${where}`,
+    );
     this.left.style.left = "8px";
     this.right.style.left = side ? "calc(50% + 8px)" : "auto";
     if (!side) {
@@ -102,7 +107,7 @@ export class StageBar {
     this.match.hidden = match === null;
     if (match) {
       const name = match.source < 0 ? "itself" : (references[match.source]?.name ?? match.name);
-      fill(this.match, "Matched pose", `${name} at ${this.store.wholeTime(match).toFixed(2)} s`);
+      fill(this.match, "Matched pose", `${name} at ${said(this.store, this.store.wholeTime(match))}`);
       this.match.style.right = "8px";
     }
   }

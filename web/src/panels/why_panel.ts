@@ -4,8 +4,9 @@ import { make, setText } from "../dom";
 import { flightText, standing } from "../flights";
 import { isWithin } from "../propagation";
 import type { Store, Topic } from "../store";
+import { said, saidTime, unitsOf } from "../units";
 import { at, inputAt, speedAt } from "../warp";
-import { bindingWords, matchesAt, rank, rankedScores, rowAt } from "../why";
+import { bindingWords, type Match, matchesAt, rank, rankedScores, rowAt } from "../why";
 
 export class WhyPanel {
   readonly root: HTMLElement;
@@ -51,15 +52,17 @@ export class WhyPanel {
   }
 
   update(changed: Set<Topic>): void {
-    if (!["hover", "playhead", "why", "curve", "document", "clips"].some((topic) => changed.has(topic as Topic)))
+    if (
+      !["hover", "playhead", "why", "curve", "document", "clips", "view"].some((topic) => changed.has(topic as Topic))
+    )
       return;
     const { why, knots, curve, hover, playback, rate } = this.store;
     if (changed.has("why")) this.ranked = why ? rankedScores(why) : new Float64Array(0);
     if (!knots || !curve) return;
     const time = hover ?? playback.outputTime;
-    setText(this.title, `Why, at output ${time.toFixed(2)} s (frame ${Math.round(time * rate)})`);
+    setText(this.title, `Why, at output ${said(this.store, time)} (frame ${Math.round(time * rate)})`);
     this.tellGround(inputAt(knots, time));
-    setText(this.shows, `input ${inputAt(knots, time).toFixed(2)} s at ${speedAt(knots, time).toFixed(2)}×`);
+    setText(this.shows, `input ${said(this.store, inputAt(knots, time))} at ${speedAt(knots, time).toFixed(2)}×`);
     for (const part of this.givenUpRow) part.hidden = curve.given_up.length === 0;
     setText(this.givenUp, curve.given_up.join("; "));
     setText(
@@ -83,7 +86,7 @@ export class WhyPanel {
     setText(
       this.matched,
       matches.length > 0
-        ? `${name}at ${matches.map((match) => `${this.store.wholeTime(match).toFixed(2)}${match.mirrored ? " mirrored" : ""}`).join(", ")} s`
+        ? `${name}at ${matches.map((match) => `${matchTime(this.store, match)}${match.mirrored ? " mirrored" : ""}`).join(", ")}`
         : "nothing",
     );
     const words = bindingWords(at(why.binding, row));
@@ -99,7 +102,7 @@ export class WhyPanel {
       const flight = flights.find(({ start, end }) => start <= time && time <= end);
       const feet = standing(clip, time);
       const stand = feet.length > 0 ? `${feet.join(", ")} on the ground` : "none at rest";
-      setText(this.feet, flight ? flightText(flight) : stand);
+      setText(this.feet, flight ? flightText(flight, this.store.rate, unitsOf(this.store)) : stand);
     }
     for (const part of this.spokenRow) part.hidden = !document?.example;
     const example = document?.example;
@@ -108,6 +111,12 @@ export class WhyPanel {
     const silent = isWithin(curve.unspoken, time) ? "has nothing like this: own speed" : "speaks for this";
     setText(this.spoken, inExample ? "this is it" : curve.spoken_share === null ? "not known" : silent);
   }
+}
+
+/** When a matched frame is, in all of its reference. */
+function matchTime(store: Store, match: Match): string {
+  const rate = (match.source < 0 ? store.clip : store.references[match.source])?.rate ?? store.rate;
+  return saidTime(store.wholeTime(match), rate, unitsOf(store));
 }
 
 function placed(share: number): string {

@@ -2,11 +2,14 @@
 
 import type { Connection } from "../connection";
 import { deleteSelected } from "../deleting";
+import { clearWorkArea, setWorkArea } from "../markers";
 import type { Dialogs } from "../panels/dialogs/dialogs";
 import type { Player } from "../player";
 import type { Shortcut } from "../shortcuts";
 import type { Store } from "../store";
 import type { Timeline } from "../timeline/timeline";
+import { nextUnits } from "../units";
+import { outputEnd } from "../warp";
 
 export interface Actions {
   save(): void;
@@ -59,9 +62,16 @@ export function shortcutTable(
     { keys: ["Shift+ArrowRight"], does: "Ten frames on", action: () => player.step(10) },
     { keys: ["ArrowUp"], does: "To the next keytime", action: () => player.toKey(1) },
     { keys: ["ArrowDown"], does: "To the keytime before", action: () => player.toKey(-1) },
+    { keys: ["Ctrl+ArrowRight"], does: "To the next marker", action: () => player.toMarker(1) },
+    { keys: ["Ctrl+ArrowLeft"], does: "To the marker before", action: () => player.toMarker(-1) },
     { keys: ["Home"], does: "To the beginning", action: () => player.toEdge("start") },
     { keys: ["End"], does: "To the end", action: () => player.toEdge("end") },
   ];
+  const bound = (side: "start" | "end"): void => {
+    const { document, knots, playback } = store;
+    if (document && knots)
+      connection.edit(setWorkArea(document, side, playback.outputTime, outputEnd(knots)), "set work area");
+  };
   const editing: Shortcut[] = [
     { keys: ["I"], does: "Keytime at the playhead", action: () => timeline.addKeyAt(store.playback.outputTime) },
     {
@@ -87,6 +97,21 @@ export function shortcutTable(
       action: () => actions.pasteInPlace(),
     },
     { keys: ["Escape"], does: "Stop the search", action: () => connection.stop() },
+    { keys: ["M"], does: "Marker at the playhead", action: () => timeline.mark("output", store.playback.outputTime) },
+    {
+      keys: ["Shift+M"],
+      does: "Marker on the pose that is shown",
+      action: () => timeline.mark("input", store.shownInput(store.playback.outputTime)),
+    },
+    { keys: ["Shift+I"], does: "Work area begins at the playhead", action: () => bound("start") },
+    { keys: ["Shift+O"], does: "Work area ends at the playhead", action: () => bound("end") },
+    {
+      keys: ["Shift+X"],
+      does: "Work on all of the output again",
+      action: () => {
+        if (store.document?.work_area) connection.edit(clearWorkArea(store.document), "clear work area");
+      },
+    },
     { keys: ["Ctrl+Z"], does: "Undo", action: () => connection.undo() },
     { keys: ["Ctrl+Shift+Z", "Ctrl+Y"], does: "Redo", action: () => connection.redo() },
   ];
@@ -102,6 +127,7 @@ export function shortcutTable(
     { keys: ["O"], does: "Onion skins", action: () => store.look({ onion: !store.view.onion }) },
     { keys: ["+", "="], does: "Zoom in", action: () => timeline.zoomBy(0.7) },
     { keys: ["-"], does: "Zoom out", action: () => timeline.zoomBy(1 / 0.7) },
+    { keys: ["U"], does: "Seconds, frames, timecode", action: () => store.look({ units: nextUnits(store) }) },
     { keys: ["F"], does: "Show all of the output", action: () => timeline.fit() },
   ];
   const files: Shortcut[] = [

@@ -3,6 +3,7 @@
 import { make } from "../dom";
 import type { Store, Topic } from "../store";
 import type { Theme } from "../theme";
+import { unitsOf } from "../units";
 import { outputEnd } from "../warp";
 import type { Layout, Scales } from "./layout";
 import type { Canvas } from "./paint/canvas";
@@ -80,6 +81,7 @@ export class Surface {
       references,
       store.reference,
       store.beside.peaks,
+      unitsOf(store),
     ];
     if (!changed.has("clips") && of.every((part, i) => part === this.backdropOf[i])) return;
     this.backdropOf = of;

@@ -4,6 +4,7 @@ import type { Connection } from "../connection";
 import { addKey, addLock, freshId } from "../document";
 import { make } from "../dom";
 import { markFlight } from "../flights";
+import { type Axis, addMarker } from "../markers";
 import type { Document } from "../messages";
 import { snapped } from "../scale";
 import type { Store, Topic } from "../store";
@@ -121,6 +122,7 @@ export class Timeline {
     canvas.addEventListener("dblclick", (event) => {
       const { x, y } = place(event);
       if (inside(this.layout.map, x, y) || inside(this.layout.speed, x, y)) this.addKeyAt(time(event));
+      if (inside(this.layout.ruler, x, y)) this.mark("output", this.onFrame(time(event), event));
     });
     this.root.addEventListener(
       "wheel",
@@ -149,7 +151,7 @@ export class Timeline {
   }
 
   private onFrame(time: number, event: MouseEvent): number {
-    return this.store.view.snap !== event.altKey ? snapped(time, this.store.rate) : time;
+    return this.handles.snapOutput(time, event);
   }
 
   /** Put a keytime on the curve, at an output time. */
@@ -159,7 +161,7 @@ export class Timeline {
     if (!knots || !store.document) return;
     const end = outputEnd(knots);
     const frame = 1 / store.rate;
-    const when = store.view.snap ? snapped(outputTime, store.rate) : outputTime;
+    const when = this.handles.snapOutput(outputTime);
     // The ends are keys already.
     if (when < frame / 2 || when > end - frame / 2) return;
     const shown = inputAt(knots, when);
@@ -167,6 +169,15 @@ export class Timeline {
     if (document !== store.document) connection.edit(document, "add key");
     // The focus stays where it is: the arrows go on moving the playhead.
     store.select({ kind: "key", id });
+  }
+
+  /** Put a marker at a time of the output, or of the input. */
+  mark(on: Axis, time: number): void {
+    const { store, connection } = this;
+    if (!store.document) return;
+    const [document, id] = addMarker(store.document, on, time);
+    if (document !== store.document) connection.edit(document, "add marker");
+    store.select({ kind: "marker", id });
   }
 
   /** Move what is selected by some frames of the output, and of the input. */

@@ -11,6 +11,7 @@ import { dot, fileName } from "../top";
 import { LengthNotes } from "./lengths";
 import { type ReadingFields, readingFields } from "./reading";
 import { documentOf, frame, type Section, type Side } from "./section";
+import { TrimRow } from "./trim_row";
 
 interface Row {
   readonly root: HTMLElement;
@@ -18,6 +19,7 @@ interface Row {
   readonly role: HTMLSelectElement;
   readonly remove: HTMLButtonElement;
   readonly reading: ReadingFields;
+  readonly trim: TrimRow;
   readonly fault: HTMLElement;
 }
 
@@ -82,6 +84,7 @@ class ClipRows {
       row.role.setAttribute("aria-label", `Role of ${name}`);
       row.remove.setAttribute("aria-label", `Remove ${name}`);
       row.reading.update();
+      row.trim.update();
       const { problem } = this.store;
       row.fault.hidden = problem?.clip !== i;
       setText(row.fault, problem?.message ?? "");
@@ -120,7 +123,9 @@ class ClipRows {
       (path) => connection.edit(changeClip(this.document, i, { path }), "choose clip"),
       i > 0 ? () => store.clips[0]?.rate ?? 30 : undefined,
     );
+    const trim = new TrimRow({ store, connection }, i);
+    reading.root.querySelector("summary")?.after(trim.root);
     const root = make("div", {}, make("div", { class: "cliprow" }, name, role, remove), fault, reading.root);
-    return { root, name, role, remove, reading, fault };
+    return { root, name, role, remove, reading, trim, fault };
   }
 }

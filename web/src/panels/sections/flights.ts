@@ -6,8 +6,10 @@ import { make, setAttribute } from "../../dom";
 import { type Flight, findFlight, flightsCount, flightText, markFlight } from "../../flights";
 import { parseTime } from "../../grammar";
 import { clamp } from "../../scale";
+import { inField, unitsOf } from "../../units";
 import { iconButton } from "../buttons";
 import { check, textField } from "../fields";
+import { type Scrub, valueScrub } from "../scrub";
 import { documentOf, frame, type Section, type Side } from "./section";
 
 /** Seconds of a flight that is added: those of a hop. */
@@ -103,10 +105,30 @@ function flightRow({ store, connection }: Side, id: string): FlightRow {
     if (flight) connection.edit(markFlight(documentOf(store), { ...flight, ...part }), "change flight");
     return flight !== null;
   };
-  const from = textField("From", "Input time at which it begins", (text) =>
-    change({ start: parseTime(text, store.rate) }),
+  const bound = (which: "start" | "end"): Scrub =>
+    valueScrub({ store, connection }, "change flight", (document) => {
+      const flight = findFlight(store.flights, id);
+      if (!flight) return () => document;
+      const frame = 1 / store.rate;
+      return (steps) => {
+        const time = flight[which] + steps / store.rate;
+        const held =
+          which === "start" ? clamp(time, 0, flight.end - frame) : clamp(time, flight.start + frame, store.inputEnd);
+        return markFlight(document, { ...flight, [which]: held });
+      };
+    });
+  const from = textField(
+    "From",
+    "Input time at which it begins",
+    (text) => change({ start: parseTime(text, store.rate) }),
+    bound("start"),
   );
-  const to = textField("To", "Input time at which it ends", (text) => change({ end: parseTime(text, store.rate) }));
+  const to = textField(
+    "To",
+    "Input time at which it ends",
+    (text) => change({ end: parseTime(text, store.rate) }),
+    bound("end"),
+  );
   const flies = check("", "Whether the figure is in the air there", (on) => change({ flies: on }));
   const select = (): void => store.select({ kind: "flight", id });
   for (const [input, name] of [
@@ -124,11 +146,11 @@ function flightRow({ store, connection }: Side, id: string): FlightRow {
   return {
     root,
     update(flight) {
-      from.show(flight.start.toFixed(2));
-      to.show(flight.end.toFixed(2));
+      from.show(inField(store, flight.start, 2));
+      to.show(inField(store, flight.end, 2));
       flies.show(flight.flies);
       source.textContent = flight.marked ? "by hand" : "found";
-      setAttribute(root, "title", flightText(flight));
+      setAttribute(root, "title", flightText(flight, store.rate, unitsOf(store)));
       const undo = flight.marked ? "Take back what was said of this stretch" : "Say that this is no flight";
       setAttribute(remove, "title", undo);
       setAttribute(remove, "aria-label", undo);

@@ -1,12 +1,16 @@
 /** All keytimes, listed: chosen, typed, sorted and deleted there as well as on the map. */
 
 import { deleteItem } from "../../deleting";
-import { changeKey, findKey } from "../../document";
+import { changeKey, findKey, keyPlace } from "../../document";
 import { make, setText } from "../../dom";
 import { parseSpeed, parseTime } from "../../grammar";
-import type { Key } from "../../messages";
+import type { Document, Key } from "../../messages";
+import { stepSpeed } from "../../timeline/handles/speed_range";
+import { inField } from "../../units";
+import { outputEnd, speedAt } from "../../warp";
 import { iconButton } from "../buttons";
 import { textField } from "../fields";
+import { type Scrub, timeScrub, valueScrub } from "../scrub";
 import { type SortedRow, SortedRows } from "../sorted_rows";
 import { documentOf, type Side } from "./section";
 
@@ -38,21 +42,64 @@ export class KeyList {
   }
 }
 
+type Where = Pick<Side, "store" | "connection">;
+
+/** Drag a time of a keytime: held by its neighbours and the ends, as on the map. */
+export function keyScrub(where: Where, axis: "output_time" | "input_time", id: () => string | null): Scrub {
+  const { store } = where;
+  const key = (document: Document): Key | null => findKey(document, id());
+  return timeScrub(
+    where,
+    "move key",
+    () => key(documentOf(store))?.[axis] ?? 0,
+    (document, time) => {
+      const there = key(document);
+      if (!there || !store.knots) return document;
+      const room = { inputEnd: store.inputEnd, rate: store.rate, outputEnd: outputEnd(store.knots) };
+      const wanted = { outputTime: there.output_time, inputTime: there.input_time };
+      if (axis === "output_time") wanted.outputTime = time;
+      else wanted.inputTime = time;
+      return changeKey(document, there.id, keyPlace(document, there.id, wanted, room, store.view.snap));
+    },
+  );
+}
+
+/** Drag the speed at a keytime; eight steps double it. */
+export function speedScrub(where: Where, id: () => string | null): Scrub {
+  const { store } = where;
+  return valueScrub(where, "set speed at key", (document) => {
+    const key = findKey(document, id());
+    if (!key) return () => document;
+    const start = key.speed ?? (store.knots ? speedAt(store.knots, key.output_time) : 1);
+    return (steps) => changeKey(document, key.id, { speed: stepSpeed(start, steps) });
+  });
+}
+
 function keyRow({ store, connection }: Side, id: string): SortedRow {
   const change = (part: Parameters<typeof changeKey>[2], label: string): boolean => {
     connection.edit(changeKey(documentOf(store), id, part), label);
     return true;
   };
-  const output = textField("Output", "When it is shown", (text) =>
-    change({ output_time: parseTime(text, store.rate) }, "move key"),
+  const output = textField(
+    "Output",
+    "When it is shown",
+    (text) => change({ output_time: parseTime(text, store.rate) }, "move key"),
+    keyScrub({ store, connection }, "output_time", () => id),
   );
-  const input = textField("Input", "What is shown", (text) =>
-    change({ input_time: parseTime(text, store.rate) }, "move key"),
+  const input = textField(
+    "Input",
+    "What is shown",
+    (text) => change({ input_time: parseTime(text, store.rate) }, "move key"),
+    keyScrub({ store, connection }, "input_time", () => id),
   );
-  const speed = textField("Speed", "How fast the clip plays there; empty: free", (text) =>
-    text === "" || text === "free"
-      ? change({ speed: null }, "free speed at key")
-      : change({ speed: parseSpeed(text) }, "set speed at key"),
+  const speed = textField(
+    "Speed",
+    "How fast the clip plays there; empty: free",
+    (text) =>
+      text === "" || text === "free"
+        ? change({ speed: null }, "free speed at key")
+        : change({ speed: parseSpeed(text) }, "set speed at key"),
+    speedScrub({ store, connection }, () => id),
   );
   speed.input.placeholder = "free";
   for (const [field, name] of [
@@ -77,8 +124,8 @@ function keyRow({ store, connection }: Side, id: string): SortedRow {
     update() {
       const key = findKey(documentOf(store), id);
       if (!key) return;
-      output.show(key.output_time.toFixed(3));
-      input.show(key.input_time.toFixed(3));
+      output.show(inField(store, key.output_time));
+      input.show(inField(store, key.input_time));
       speed.show(key.speed === null ? "" : String(key.speed));
       root.setAttribute("aria-current", String(store.chosenKeys.has(id)));
       root.classList.toggle("faulty", store.problem?.key === id);

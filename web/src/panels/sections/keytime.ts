@@ -6,10 +6,12 @@ import { make, setText } from "../../dom";
 import { GrammarError, parseSpeed, parseTime } from "../../grammar";
 import type { Document, Key } from "../../messages";
 import { changeKeys, type Extent, extentOf, keysOf, moveKeys, scaleKeys } from "../../together";
+import { inField, said } from "../../units";
 import { outputEnd, speedAt } from "../../warp";
 import { iconButton } from "../buttons";
 import { check, type Field, textField } from "../fields";
-import { KeyList } from "./key_list";
+import { type Scrub, valueScrub } from "../scrub";
+import { KeyList, keyScrub, speedScrub } from "./key_list";
 import { documentOf, frame, type Section, type Side } from "./section";
 
 export function keytimeSection(side: Side): Section {
@@ -28,17 +30,30 @@ export function keytimeSection(side: Side): Section {
     "Delete what is chosen (Delete)",
   );
   const { root, heading, body } = frame("Keytime", remove);
-  const output = textField("Output at", "Seconds, 105f, 1:03.5, or timecode 00:01:03:12", (text) =>
-    change({ output_time: parseTime(text, store.rate) }, "move key"),
+  const scrub = (axis: "output_time" | "input_time"): Scrub => keyScrub(side, axis, () => selected()?.id ?? null);
+  const output = textField(
+    "Output at",
+    "Seconds, 105f, 1:03.5, or timecode 00:01:03:12",
+    (text) => change({ output_time: parseTime(text, store.rate) }, "move key"),
+    scrub("output_time"),
   );
-  const input = textField("Shows input", "Seconds, 150f, 1:03.5, or timecode 00:01:03:12", (text) =>
-    change({ input_time: parseTime(text, store.rate) }, "move key"),
+  const input = textField(
+    "Shows input",
+    "Seconds, 150f, 1:03.5, or timecode 00:01:03:12",
+    (text) => change({ input_time: parseTime(text, store.rate) }, "move key"),
+    scrub("input_time"),
   );
   const hint = "How fast the clip plays there (the tangent): 1, 0.5, 1/2 or 50%. Empty: as it comes";
-  const speed = textField("Speed", hint, (text) => {
+  const typed = (text: string): boolean => {
     if (text === "" || text === "free") return change({ speed: null }, "free speed at key");
     return change({ speed: parseSpeed(text) }, "set speed at key");
-  });
+  };
+  const speed = textField(
+    "Speed",
+    hint,
+    typed,
+    speedScrub(side, () => selected()?.id ?? null),
+  );
   speed.input.placeholder = "free";
   const note = make("p", { class: "note" });
   const fields = make("div", {}, output.row, input.row, speed.row);
@@ -78,8 +93,8 @@ export function keytimeSection(side: Side): Section {
       }
       const place = keysInOrder(documentOf(store)).findIndex((one) => one.id === key.id);
       setText(heading, `Keytime ${place + 1} of ${keys.length}`);
-      output.show(key.output_time.toFixed(3));
-      input.show(key.input_time.toFixed(3));
+      output.show(inField(store, key.output_time));
+      input.show(inField(store, key.input_time));
       speed.show(key.speed === null ? "" : String(key.speed));
       speed.input.placeholder = store.knots ? `free, ${speedAt(store.knots, key.output_time).toFixed(2)} now` : "free";
     },
@@ -97,22 +112,45 @@ class SeveralKeys {
   constructor(private readonly side: Side) {
     const { store } = side;
     const hint = "2.5 (seconds), 105f, 1:03.5, or timecode 00:01:03:12";
-    this.first = textField("Begin at", `Output time of the first: ${hint}`, (text) => {
-      const by = parseTime(text, store.rate) - this.extent.outputStart;
-      return this.edit("move keys", (document) =>
-        moveKeys(document, store.chosenKeys, { output: by, input: 0 }, this.room, store.view.ripple),
-      );
-    });
-    this.duration = textField("Last", `Output time from the first to the last: ${hint}, or a share, 150%`, (text) => {
-      const { outputStart, outputEnd } = this.extent;
-      const before = outputEnd - outputStart;
-      const factor = text.endsWith("%") ? parseSpeed(text) : parseTime(text, store.rate) / before;
-      if (!(factor > 0)) throw new GrammarError(`expected a time above 0, found '${text}'`);
-      const scaling = { output: { about: outputStart, factor } };
-      return this.edit("scale keys", (document) =>
-        scaleKeys(document, store.chosenKeys, scaling, this.room, store.view.snap),
-      );
-    });
+    this.first = textField(
+      "Begin at",
+      `Output time of the first: ${hint}`,
+      (text) => {
+        const by = parseTime(text, store.rate) - this.extent.outputStart;
+        return this.edit("move keys", (document) =>
+          moveKeys(document, store.chosenKeys, { output: by, input: 0 }, this.room, store.view.ripple),
+        );
+      },
+      valueScrub(side, "move keys", (document) => {
+        const { room } = this;
+        const { chosenKeys, view } = store;
+        return (steps) => moveKeys(document, chosenKeys, { output: steps / room.rate, input: 0 }, room, view.ripple);
+      }),
+    );
+    this.duration = textField(
+      "Last",
+      `Output time from the first to the last: ${hint}, or a share, 150%`,
+      (text) => {
+        const { outputStart, outputEnd } = this.extent;
+        const before = outputEnd - outputStart;
+        const factor = text.endsWith("%") ? parseSpeed(text) : parseTime(text, store.rate) / before;
+        if (!(factor > 0)) throw new GrammarError(`expected a time above 0, found '${text}'`);
+        const scaling = { output: { about: outputStart, factor } };
+        return this.edit("scale keys", (document) =>
+          scaleKeys(document, store.chosenKeys, scaling, this.room, store.view.snap),
+        );
+      },
+      valueScrub(side, "scale keys", (document) => {
+        const { room } = this;
+        const { chosenKeys, view } = store;
+        const { outputStart, outputEnd } = this.extent;
+        const before = Math.max(outputEnd - outputStart, 1 / room.rate);
+        return (steps) => {
+          const scaling = { about: outputStart, factor: Math.max(0, 1 + steps / room.rate / before) };
+          return scaleKeys(document, chosenKeys, { output: scaling }, room, view.snap);
+        };
+      }),
+    );
     this.speed = textField(
       "Speed",
       "How fast the clip plays at each: 1, 0.5, 1/2 or 50%; free: as it comes",
@@ -131,13 +169,13 @@ class SeveralKeys {
     const { store } = this.side;
     const keys = keysOf(documentOf(store), store.chosenKeys);
     const { outputStart, outputEnd, inputStart, inputEnd } = this.extent;
-    this.first.show(outputStart.toFixed(3));
-    this.duration.show((outputEnd - outputStart).toFixed(3));
+    this.first.show(inField(store, outputStart));
+    this.duration.show(inField(store, outputEnd - outputStart));
     const [speed] = keys.map((key) => key.speed);
     const alike = keys.every((key) => key.speed === speed);
     this.speed.show(alike && typeof speed === "number" ? String(speed) : "");
     this.speed.input.placeholder = alike ? "free" : "several";
-    setText(this.note, `Input ${inputStart.toFixed(2)} to ${inputEnd.toFixed(2)} s`);
+    setText(this.note, `Input ${said(store, inputStart)} to ${said(store, inputEnd)}`);
   }
 
   private get extent(): Extent {

@@ -6,8 +6,10 @@ import { make } from "../../dom";
 import { parseLockSpeeds, parseTime, speedsText } from "../../grammar";
 import type { LockedTime } from "../../messages";
 import { clamp } from "../../scale";
+import { inField } from "../../units";
 import { iconButton } from "../buttons";
 import { textField } from "../fields";
+import { type Scrub, timeScrub } from "../scrub";
 import { type SortedRow, SortedRows } from "../sorted_rows";
 import { documentOf, frame, type Section, type Side } from "./section";
 
@@ -51,10 +53,32 @@ function lockRow({ store, connection }: Side, id: string): SortedRow {
     connection.edit(changeLock(documentOf(store), id, part), "change lock");
     return true;
   };
-  const from = textField("From", "Input time at which it begins", (text) =>
-    change({ start: parseTime(text, store.rate) }),
+  const bound = (side: "start" | "end"): Scrub =>
+    timeScrub(
+      { store, connection },
+      "change lock",
+      () => findLock(documentOf(store), id)?.[side] ?? 0,
+      (document, time) => {
+        const lock = findLock(document, id);
+        if (!lock) return document;
+        const frame = 1 / store.rate;
+        const held =
+          side === "start" ? Math.min(time, lock.end - frame) : clamp(time, lock.start + frame, store.inputEnd);
+        return changeLock(document, id, { [side]: held });
+      },
+    );
+  const from = textField(
+    "From",
+    "Input time at which it begins",
+    (text) => change({ start: parseTime(text, store.rate) }),
+    bound("start"),
   );
-  const to = textField("To", "Input time at which it ends", (text) => change({ end: parseTime(text, store.rate) }));
+  const to = textField(
+    "To",
+    "Input time at which it ends",
+    (text) => change({ end: parseTime(text, store.rate) }),
+    bound("end"),
+  );
   const speed = textField(
     "Speed",
     "The speed it plays at: 1, a range such as 0.5..2, or uncut (slowed down, never sped up)",
@@ -88,8 +112,8 @@ function lockRow({ store, connection }: Side, id: string): SortedRow {
     update() {
       const lock = findLock(documentOf(store), id);
       if (!lock) return;
-      from.show(lock.start.toFixed(2));
-      to.show(lock.end.toFixed(2));
+      from.show(inField(store, lock.start, 2));
+      to.show(inField(store, lock.end, 2));
       speed.show(speedsText(lock.slowest, lock.fastest));
       root.setAttribute("aria-current", String(store.selection?.kind === "lock" && store.selection.id === id));
       root.classList.toggle("faulty", store.problem?.lock === id);

@@ -3,6 +3,7 @@
 import { make, setText } from "../../dom";
 import { GrammarError, parseTime } from "../../grammar";
 import { retimedStretch, setExample, stretchesText } from "../../propagation";
+import { inField, saidSpan, saidTime, unitsOf } from "../../units";
 import { button } from "../buttons";
 import { textField } from "../fields";
 import { documentOf, frame, row, type Section, type Side } from "./section";
@@ -26,7 +27,7 @@ export function propagateSection({ store, connection, faults }: Side): Section {
       const next = { ...example, [side]: parseTime(text, store.rate) };
       if (!(next.start < next.end && next.start >= 0 && next.end <= store.inputEnd + 0.5 / store.rate))
         throw new GrammarError(
-          `expected a stretch of the input, from 0 to ${store.inputEnd.toFixed(2)} s, found '${text}'`,
+          `expected a stretch of the input, from 0 to ${saidTime(store.inputEnd, store.rate, unitsOf(store))}, found '${text}'`,
         );
       connection.edit(setExample(documentOf(store), next), "change example");
       return true;
@@ -56,15 +57,15 @@ export function propagateSection({ store, connection, faults }: Side): Section {
         note,
         stretch === null
           ? "Retime a stretch by hand first, with keytimes or locks; then the rest can follow."
-          : `Input ${stretch.start.toFixed(2)} to ${stretch.end.toFixed(2)} s was retimed by hand; the rest follows.`,
+          : `Input ${saidSpan(store, stretch)} was retimed by hand; the rest follows.`,
       );
       if (!example) return;
-      from.show(example.start.toFixed(2));
-      to.show(example.end.toFixed(2));
+      from.show(inField(store, example.start, 2));
+      to.show(inField(store, example.end, 2));
       const { curve } = store;
       const spoken = curve?.spoken_share ?? null;
       const said = curve?.example_warnings ?? [];
-      const silent = curve ? stretchesText(curve.unspoken) : "";
+      const silent = curve ? stretchesText(curve.unspoken, store.rate, unitsOf(store)) : "";
       const stays = silent === "" ? "" : ` Of input ${silent} it says little (hatched on the map).`;
       setText(
         share,

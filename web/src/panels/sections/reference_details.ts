@@ -7,6 +7,7 @@ import type { Document, ReferenceFile } from "../../messages";
 import { changeReference, referencesOf, setCounterpart, setReferenceFile, setReferenceRange } from "../../references";
 import type { Store } from "../../store";
 import { frameRange, referenceSpan } from "../../timeline/reference_span";
+import { fieldTime, saidTime, unitsOf } from "../../units";
 import { button } from "../buttons";
 import type { Dialogs } from "../dialogs/dialogs";
 import { check, textField } from "../fields";
@@ -115,8 +116,8 @@ export class ReferenceDetails {
         const start = side === "start" ? value : span.start;
         const end = side === "end" ? value : span.end;
         if (start < -1e-6 || end > span.lastTime + 1e-6 || end - start < 3 / span.clip.rate) {
-          const last = span.lastTime.toFixed(2);
-          throw new GrammarError(`expected a stretch of 4 frames or more, from 0 to ${last} s, found '${text}'`);
+          const last = saidTime(span.lastTime, span.clip.rate, unitsOf(store));
+          throw new GrammarError(`expected a stretch of 4 frames or more, from 0 to ${last}, found '${text}'`);
         }
         const range = frameRange(span, start, end);
         this.edit(setReferenceRange(this.document, this.index, range), "choose reference range");
@@ -136,8 +137,8 @@ export class ReferenceDetails {
       update: () => {
         const span = referenceSpan(store);
         const { first_frame, last_frame } = this.reference;
-        from.show(span ? span.start.toFixed(2) : "");
-        to.show(span ? span.end.toFixed(2) : "");
+        from.show(span ? fieldTime(span.start, span.clip.rate, unitsOf(store), 2) : "");
+        to.show(span ? fieldTime(span.end, span.clip.rate, unitsOf(store), 2) : "");
         all.style.visibility = first_frame === null && last_frame === null ? "hidden" : "visible";
       },
     };

@@ -4,6 +4,7 @@ import { make } from "../../dom";
 import type { Document } from "../../messages";
 import { clamp } from "../../scale";
 import { type Extent, extentOf, type Ids, keysOf, type Scaling, scaleKeys } from "../../together";
+import { said } from "../../units";
 import { inputTimeAt, inputY, outputTimeAt, outputX } from "../layout";
 import { describe, move } from "./elements";
 import { type Hand, MARGIN } from "./hand";
@@ -57,7 +58,7 @@ export class ChosenFrame {
       const [x, y, wide] = places[SIDES[i] as Side];
       // What has no extent can't be made longer.
       move(handle, x, y, wide > 0.5 / hand.store.rate && x > 0 && x < map.width + 24);
-      describe(handle, wide, 0, 10 * wide, `${wide.toFixed(2)} s`);
+      describe(handle, wide, 0, 10 * wide, said(hand.store, wide));
     });
   }
 

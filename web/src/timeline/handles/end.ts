@@ -2,6 +2,7 @@
 
 import { lengthInFrames, setOption } from "../../document";
 import { clamp } from "../../scale";
+import { said } from "../../units";
 import type { Drag } from "../drag";
 import { inputY } from "../layout";
 import { describe, move } from "./elements";
@@ -29,7 +30,7 @@ export class EndHandle {
     // In step with a reference, how long it lasts is the reference's to say.
     const pullable = store.knots !== null && (hand.document.method !== "align" || hand.document.example !== null);
     move(element, x, clamp(y, map.y, map.y + map.height), pullable && x > 4 && x < map.width + 23);
-    describe(element, outputEnd, 0, 10 * Math.max(outputEnd, 1), `${outputEnd.toFixed(3)} s`);
+    describe(element, outputEnd, 0, 10 * Math.max(outputEnd, 1), said(store, outputEnd, 3));
     element.classList.toggle("selected", store.selection?.kind === "end");
   }
 

@@ -5,6 +5,7 @@ import { make, setAttribute } from "../../dom";
 import { type Flight, findFlight, flightText, markFlight } from "../../flights";
 import type { Document } from "../../messages";
 import { clamp } from "../../scale";
+import { said, unitsOf } from "../../units";
 import { inputAt, outputAt } from "../../warp";
 import { draggable } from "../drag";
 import { describe, keep, move } from "./elements";
@@ -45,8 +46,8 @@ export class FlightHandles {
       move(band, from, feet.y, (right as number) >= low && (left as number) <= low + map.width);
       const chosen = store.selection?.kind === "flight" && store.selection.id === flight.id;
       setAttribute(band, "aria-pressed", String(chosen));
-      setAttribute(band, "aria-label", `Flight ${i + 1}: ${flightText(flight)}`);
-      setAttribute(band, "title", flightText(flight));
+      setAttribute(band, "aria-label", `Flight ${i + 1}: ${flightText(flight, store.rate, unitsOf(store))}`);
+      setAttribute(band, "title", flightText(flight, store.rate, unitsOf(store)));
       band.classList.toggle("marked", flight.marked);
       band.classList.toggle("denied", !flight.flies);
       for (const side of ["start", "end"] as const) {
@@ -55,7 +56,7 @@ export class FlightHandles {
         edge.style.height = `${feet.height}px`;
         move(edge, x, feet.y, x >= low && x <= low + map.width);
         setAttribute(edge, "aria-label", `${side === "start" ? "Beginning" : "End"} of flight ${i + 1}`);
-        describe(edge, flight[side], 0, store.inputEnd, `${flight[side].toFixed(2)} s`);
+        describe(edge, flight[side], 0, store.inputEnd, said(store, flight[side]));
       }
     });
   }

@@ -1,7 +1,9 @@
 /** What all handles share: where things lie, and how a drag or a key of the keyboard becomes an edit. */
 
 import type { Connection } from "../../connection";
+import type { Snap } from "../../document";
 import { make } from "../../dom";
+import { type Axis, markedTimes, nearestMark } from "../../markers";
 import type { Document } from "../../messages";
 import { snapped } from "../../scale";
 import type { Store } from "../../store";
@@ -14,6 +16,9 @@ export const MARGIN = 14;
 
 /** Milliseconds: nudges of one handle that follow each other faster than this are one step to undo. */
 const NUDGE_MS = 900;
+
+/** Pixels within which a time snaps to a marker. */
+const SNAP = 7;
 
 export class Hand {
   layout: Layout = layoutOf(800, 300);
@@ -45,9 +50,36 @@ export class Hand {
     return this.store.knots ? speedAt(this.store.knots, outputTime) : 1;
   }
 
+  /** Snap an output time to a marker near by, else to the nearest frame; Alt turns it off, or on. */
+  snapOutput(time: number, event?: { readonly altKey: boolean }): number {
+    const { from, to } = this.scales.output;
+    const reach = (SNAP * (to - from)) / this.layout.map.width;
+    return this.isSnapping(event) ? this.snapTo("output", time, reach) : time;
+  }
+
+  /** Snap an input time so. */
+  snapInput(time: number, event?: { readonly altKey: boolean }): number {
+    const { from, to } = this.scales.input;
+    const reach = (SNAP * (to - from)) / this.layout.map.height;
+    return this.isSnapping(event) ? this.snapTo("input", time, reach) : time;
+  }
+
+  /** How times snap while something is dragged. */
+  snap(event?: { readonly altKey: boolean }): Snap {
+    return { output: (time) => this.snapOutput(time, event), input: (time) => this.snapInput(time, event) };
+  }
+
+  private isSnapping(event?: { readonly altKey: boolean }): boolean {
+    return this.store.view.snap !== (event?.altKey ?? false);
+  }
+
+  private snapTo(axis: Axis, time: number, reach: number): number {
+    return nearestMark(markedTimes(this.store.document, axis), time, reach) ?? snapped(time, this.store.rate);
+  }
+
   /** Snap a time to the nearest frame, if snapping is on; Alt turns it off, or on. */
   onFrame(time: number, event?: { readonly altKey: boolean }): number {
-    return this.store.view.snap !== (event?.altKey ?? false) ? snapped(time, this.store.rate) : time;
+    return this.isSnapping(event) ? snapped(time, this.store.rate) : time;
   }
 
   /** A drag: every position is an edit, and all of them are one step to undo. */

@@ -11,6 +11,7 @@ import { FlightHandles } from "./flights";
 import { Hand, MARGIN } from "./hand";
 import { KeyHandles } from "./keys";
 import { LockHandles } from "./locks";
+import { MarkHandles } from "./marks";
 import { RangeHandles } from "./range";
 import { SpeedHandles } from "./speeds";
 import { TangentHandles } from "./tangents";
@@ -26,6 +27,7 @@ export class Handles {
   private readonly hand: Hand;
   private readonly keys: KeyHandles;
   private readonly locks: LockHandles;
+  private readonly marks: MarkHandles;
   private readonly groups: readonly { place(): void }[];
 
   constructor(
@@ -39,10 +41,12 @@ export class Handles {
     const range = new RangeHandles(hand);
     // In the order of the tab key, keytimes and their speeds last: those are made as they come.
     const frame = new ChosenFrame(hand);
-    this.overlay.append(...frame.elements, ...tangents.elements, end.element, ...range.elements);
+    this.marks = new MarkHandles(hand, this.overlay);
+    this.overlay.append(...this.marks.ends, ...frame.elements, ...tangents.elements, end.element, ...range.elements);
     this.keys = new KeyHandles(hand, this.overlay);
     this.locks = new LockHandles(hand, this.gutter);
     this.groups = [
+      this.marks,
       frame,
       this.keys,
       new SpeedHandles(hand, this.overlay),
@@ -73,11 +77,17 @@ export class Handles {
     for (const group of this.groups) group.place();
   }
 
-  /** Move what is selected by some frames: keytimes on both axes, a lock on the input's. */
+  /** Snap an output time to markers and frames. */
+  snapOutput(time: number, event?: { readonly altKey: boolean }): number {
+    return this.hand.snapOutput(time, event);
+  }
+
+  /** Move what is selected by some frames: keytimes on both axes, a lock or a marker on its own. */
   nudge(frames: Shift): void {
     const { document, selection } = this.store;
     if (!document) return;
-    if (selection?.kind === "lock") this.locks.nudge(selection.id, frames.input || frames.output);
+    if (selection?.kind === "marker") this.marks.nudge(selection.id, frames.output || frames.input);
+    else if (selection?.kind === "lock") this.locks.nudge(selection.id, frames.input || frames.output);
     else this.keys.nudge(frames);
   }
 }

@@ -6,7 +6,9 @@ import { make, setAttribute } from "../../dom";
 import { snapToBeat } from "../../media/beat_snap";
 import type { Document, Key } from "../../messages";
 import { clamp } from "../../scale";
+import type { Store } from "../../store";
 import { moveKeys, type Shift } from "../../together";
+import { said } from "../../units";
 import { type Drag, draggable } from "../drag";
 import { inputTimeAt, inputY, outputTimeAt, outputX } from "../layout";
 import { keep, move } from "./elements";
@@ -39,7 +41,7 @@ export class KeyHandles {
       const y = inputY(layout, scales, key.input_time);
       const inView = x > 4 && x < map.width + 22 && y > map.y - 8 && y < map.y + map.height + 8;
       move(button, x, clamp(y, map.y, map.y + map.height), inView);
-      setAttribute(button, "aria-label", `Keytime ${i + 1} of ${ordered.length}: ${described(key)}`);
+      setAttribute(button, "aria-label", `Keytime ${i + 1} of ${ordered.length}: ${described(store, key)}`);
       setAttribute(button, "aria-pressed", String(chosenKeys.has(key.id)));
       button.classList.toggle("faulty", problem?.key === key.id);
     });
@@ -103,15 +105,14 @@ export class KeyHandles {
         outputTime: straight === "pose" ? key.output_time : outputTimeAt(hand.layout, hand.scales, grabX + dx),
         inputTime: straight === "time" ? key.input_time : inputTimeAt(hand.layout, hand.scales, grabY + dy),
       };
-      const snap = store.view.snap !== event.altKey;
       const onBeat = event.altKey ? {} : snapToBeat(store, hand.layout, hand.scales, wanted, straight);
       if (!together && !ripple) {
-        const place = keyPlace(hand.document, id, { ...wanted, ...onBeat }, room, snap, onBeat);
+        const place = keyPlace(hand.document, id, { ...wanted, ...onBeat }, room, hand.snap(event), onBeat);
         return changeKey(hand.document, id, place);
       }
       const by = {
-        output: (onBeat.outputTime ?? hand.onFrame(wanted.outputTime, event)) - key.output_time,
-        input: (onBeat.inputTime ?? hand.onFrame(wanted.inputTime, event)) - key.input_time,
+        output: (onBeat.outputTime ?? hand.snapOutput(wanted.outputTime, event)) - key.output_time,
+        input: (onBeat.inputTime ?? hand.snapInput(wanted.inputTime, event)) - key.input_time,
       };
       if (straight === "pose") by.output = 0;
       if (straight === "time") by.input = 0;
@@ -144,7 +145,7 @@ export class KeyHandles {
   }
 }
 
-function described({ input_time, output_time, speed }: Key): string {
+function described(store: Store, { input_time, output_time, speed }: Key): string {
   const tangent = speed === null ? "" : `, speed ${speed.toFixed(2)}`;
-  return `input ${input_time.toFixed(3)} s at output ${output_time.toFixed(3)} s${tangent}`;
+  return `input ${said(store, input_time, 3)} at output ${said(store, output_time, 3)}${tangent}`;
 }

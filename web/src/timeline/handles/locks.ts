@@ -5,6 +5,8 @@ import { changeLock, findLock } from "../../document";
 import { make, setAttribute } from "../../dom";
 import type { Document, LockedTime } from "../../messages";
 import { clamp } from "../../scale";
+import type { Store } from "../../store";
+import { said, saidSpan } from "../../units";
 import { draggable } from "../drag";
 import { inputY } from "../layout";
 import { describe, keep, move } from "./elements";
@@ -40,13 +42,13 @@ export class LockHandles {
       move(band, 5, top, true);
       setAttribute(band, "aria-pressed", String(store.selection?.kind === "lock" && store.selection.id === lock.id));
       band.classList.toggle("faulty", store.problem?.lock === lock.id);
-      setAttribute(band, "aria-label", `Lock ${i + 1}: ${described(lock)}`);
+      setAttribute(band, "aria-label", `Lock ${i + 1}: ${described(store, lock)}`);
       for (const side of ["start", "end"] as const) {
         const edge = edges[side];
         edge.style.width = "14px";
         move(edge, 2, side === "start" ? bottom : top, true);
         setAttribute(edge, "aria-label", `${side === "start" ? "Beginning" : "End"} of lock ${i + 1}`);
-        describe(edge, lock[side], 0, store.inputEnd, `${lock[side].toFixed(2)} s`);
+        describe(edge, lock[side], 0, store.inputEnd, said(store, lock[side]));
       }
     });
   }
@@ -130,7 +132,7 @@ export class LockHandles {
   }
 }
 
-function described({ start, end, slowest, fastest }: LockedTime): string {
+function described(store: Store, { start, end, slowest, fastest }: LockedTime): string {
   const speeds = `speed ${slowest.toFixed(2)} to ${fastest.toFixed(2)}`;
-  return `input ${start.toFixed(2)} to ${end.toFixed(2)} s at ${speeds}`;
+  return `input ${saidSpan(store, { start, end })} at ${speeds}`;
 }

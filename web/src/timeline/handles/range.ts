@@ -3,6 +3,7 @@
 import type { Document } from "../../messages";
 import { setReferenceRange } from "../../references";
 import { clamp, toPixels, toValue } from "../../scale";
+import { saidTime, unitsOf } from "../../units";
 import { frameRange, referenceSpan } from "../reference_span";
 import { describe, move } from "./elements";
 import { type Hand, MARGIN } from "./hand";
@@ -33,7 +34,7 @@ export class RangeHandles {
       const x = span ? toPixels({ from: 0, to: span.lastTime }, reference.width, time) + MARGIN : 0;
       handle.style.height = `${reference.height}px`;
       move(handle, x, reference.y, span !== null);
-      describe(handle, time, 0, span?.lastTime ?? 0, `${time.toFixed(2)} s`);
+      describe(handle, time, 0, span?.lastTime ?? 0, saidTime(time, span?.clip.rate ?? 30, unitsOf(this.hand.store)));
     });
   }
 

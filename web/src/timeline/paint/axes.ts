@@ -1,7 +1,8 @@
 /** Axes: output time above, input time at the left, speed on a log scale, and the names of the rows. */
 
-import { ticks, timeLabel } from "../../scale";
+import { unitsOf } from "../../units";
 import { inputY, outputX, speedY } from "../layout";
+import { timeTicks } from "../time_ticks";
 import { type Canvas, label } from "./canvas";
 
 const SPEED_TICKS = [1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
@@ -12,8 +13,12 @@ const SPEED_NAMES = new Map([
 ]);
 
 export function outputAxis(canvas: Canvas): void {
-  const { pen, layout, scales, palette } = canvas;
-  const { values, step } = ticks(scales.output, Math.floor(layout.map.width / 78));
+  const { pen, layout, scales, palette, store } = canvas;
+  // As many as stand beside each other whole.
+  const widest = pen.measureText(timeTicks(scales.output, 2, store.rate, unitsOf(store)).label(scales.output.to)).width;
+  const most = Math.max(1, Math.floor(layout.map.width / Math.max(78, widest + 24)));
+  const { values, label: text } = timeTicks(scales.output, most, store.rate, unitsOf(store));
+  const right = layout.map.x + layout.map.width;
   for (const value of values) {
     if (value < -1e-9) continue;
     const x = Math.round(outputX(layout, scales, value));
@@ -22,21 +27,23 @@ export function outputAxis(canvas: Canvas): void {
     pen.fillRect(x, layout.speed.y, 1, layout.speed.height);
     pen.fillStyle = palette["line-strong"];
     pen.fillRect(x, layout.ruler.height - 5, 1, 5);
-    label(canvas, `${timeLabel(value, step)} s`, x + 4, layout.ruler.height / 2, "left");
+    const said = text(value);
+    if (x + 4 + pen.measureText(said).width <= right) label(canvas, said, x + 4, layout.ruler.height / 2, "left");
   }
   label(canvas, "Output", 8, layout.ruler.height / 2, "left", palette.output);
 }
 
 export function inputAxis(canvas: Canvas): void {
-  const { pen, layout, scales, palette } = canvas;
-  const { values, step } = ticks(scales.input, Math.max(2, Math.floor(layout.map.height / 34)));
+  const { pen, layout, scales, palette, store } = canvas;
+  const most = Math.max(2, Math.floor(layout.map.height / 34));
+  const { values, label: text } = timeTicks(scales.input, most, store.rate, unitsOf(store));
   for (const value of values) {
-    if (value < -1e-9 || value > canvas.store.inputEnd + 1e-9) continue;
+    if (value < -1e-9 || value > store.inputEnd + 1e-9) continue;
     const y = Math.round(inputY(layout, scales, value));
     if (y < layout.map.y || y > layout.map.y + layout.map.height) continue;
     pen.fillStyle = palette.line;
     pen.fillRect(layout.map.x, y, layout.map.width, 1);
-    if (y > layout.map.y + 16) label(canvas, `${timeLabel(value, step)} s`, layout.map.x - 18, y, "right");
+    if (y > layout.map.y + 16) label(canvas, text(value), layout.map.x - 18, y, "right");
   }
   label(canvas, "Input", 8, layout.map.y + 9, "left", palette.input);
 }

@@ -7,6 +7,7 @@ import { example, exampleCurve, unspoken } from "./example";
 import { feet } from "./feet";
 import { heat } from "./heat";
 import { pastEnd, playhead, tangent } from "./markers";
+import { markers, workArea } from "./marks";
 import { matches, reference } from "./reference_strip";
 import { beats, sound, soundLabel } from "./sound";
 import { flights, locks } from "./spans";
@@ -33,6 +34,8 @@ export function paintBackdrop(canvas: Canvas): void {
 /** What changes with the curve, over it. */
 export function paintForeground(canvas: Canvas): void {
   const { knots } = canvas.store;
+  canvas.pen.font = FONT;
+  canvas.pen.textBaseline = "middle";
   if (knots) {
     flights(canvas, knots);
     feet(canvas, knots);
@@ -45,7 +48,9 @@ export function paintForeground(canvas: Canvas): void {
     mapCurves(canvas, knots);
     speedCurves(canvas);
     pastEnd(canvas, knots);
+    workArea(canvas, knots);
   }
+  markers(canvas);
 }
 
 /** What moves while nothing else does: the playhead, the pointer, and what belongs to the frame that is looked at. */

@@ -1,0 +1,61 @@
+/** Which stretch of a clip's file is used. */
+
+import { make } from "../../dom";
+import { GrammarError, parseTime } from "../../grammar";
+import type { Clip } from "../../messages";
+import { trimClip, trimOf } from "../../trim";
+import { fieldTime, saidTime, unitsOf } from "../../units";
+import { button } from "../buttons";
+import { textField } from "../fields";
+import { documentOf, row, type Side } from "./section";
+
+/** Frames of a clip that are used at least. */
+const LEAST = 4;
+
+export class TrimRow {
+  readonly root: HTMLElement;
+  update: () => void;
+
+  constructor({ store, connection }: Pick<Side, "store" | "connection">, index: number) {
+    const clipNow = (): Clip | null => store.clips[index] ?? null;
+    const trim = (clip: Clip, start: number, end: number): void =>
+      connection.edit(trimClip(documentOf(store), index, clip, start, end), "trim clip");
+    const bound =
+      (which: "start" | "end") =>
+      (text: string): boolean => {
+        const clip = clipNow();
+        if (!clip) return false;
+        const whole = trimOf(clip);
+        const usual = which === "start" ? 0 : whole.last;
+        const time = text === "" ? usual : parseTime(text, clip.rate);
+        const start = which === "start" ? time : whole.start;
+        const end = which === "end" ? time : whole.end;
+        if (start < 0 || end > whole.last + 0.5 / clip.rate || end - start < (LEAST - 1.5) / clip.rate) {
+          const last = saidTime(whole.last, clip.rate, unitsOf(store));
+          throw new GrammarError(`expected a stretch of ${LEAST} frames or more, from 0 to ${last}, found '${text}'`);
+        }
+        trim(clip, start, end);
+        return true;
+      };
+    const hint = "counted from the first frame of its file: seconds, 105f, 1:03.5";
+    const from = textField("From", `The first frame used, ${hint}`, bound("start"));
+    const to = textField("To", `The last frame used, ${hint}`, bound("end"));
+    from.input.setAttribute("aria-label", `Clip ${index + 1}: used from`);
+    to.input.setAttribute("aria-label", `Clip ${index + 1}: used to`);
+    const all = button("All", "Use all of it", () => {
+      const clip = clipNow();
+      if (clip) trim(clip, 0, trimOf(clip).last);
+    });
+    const pair = make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input, all);
+    this.root = row("Used", pair, from.trouble, to.trouble);
+    this.update = () => {
+      const clip = clipNow();
+      this.root.hidden = clip === null;
+      if (!clip) return;
+      const { start, end } = trimOf(clip);
+      from.show(fieldTime(start, clip.rate, unitsOf(store), 2));
+      to.show(fieldTime(end, clip.rate, unitsOf(store), 2));
+      all.style.visibility = clip.n_frames < clip.n_whole ? "visible" : "hidden";
+    };
+  }
+}
