@@ -1,7 +1,7 @@
 /** What of a clip is used. Trimming the first one moves all that is told in its time along with its frames. */
 
 import { changeClip } from "./document";
-import type { Clip, Document } from "./messages";
+import type { Clip, ClipFile, Document } from "./messages";
 
 /** The stretch used of a file, seconds from its first frame. */
 export interface Trim {
@@ -11,9 +11,20 @@ export interface Trim {
   readonly last: number;
 }
 
-export function trimOf(clip: Clip): Trim {
-  const start = clip.start_time;
-  return { start, end: start + (clip.n_frames - 1) / clip.rate, last: (clip.n_whole - 1) / clip.rate };
+/** The number that its file gives its first frame. */
+function firstOf({ first_frame, start_time, rate }: Clip): number {
+  return first_frame - Math.round(start_time * rate);
+}
+
+/** What the document says is used of a clip, which comes after it. */
+export function trimOf(file: ClipFile, clip: Clip): Trim {
+  const seconds = (frame: number): number => (frame - firstOf(clip)) / clip.rate;
+  const last = (clip.n_whole - 1) / clip.rate;
+  return {
+    start: file.first_frame === null ? 0 : seconds(file.first_frame),
+    end: file.last_frame === null ? last : Math.min(seconds(file.last_frame), last),
+    last,
+  };
 }
 
 /**
@@ -22,14 +33,16 @@ export function trimOf(clip: Clip): Trim {
  */
 export function trimClip(document: Document, index: number, clip: Clip, start: number, end: number): Document {
   const { rate, n_whole } = clip;
-  const ownFirst = clip.first_frame - Math.round(clip.start_time * rate);
+  const ownFirst = firstOf(clip);
+  const file = document.clips[index];
+  if (!file) return document;
   const [first, last] = [Math.round(start * rate), Math.round(end * rate)];
   const next = changeClip(document, index, {
     first_frame: first === 0 ? null : first + ownFirst,
     last_frame: last === n_whole - 1 ? null : last + ownFirst,
   });
   if (index !== 0) return next;
-  const by = clip.start_time - first / rate;
+  const by = trimOf(file, clip).start - first / rate;
   const length = (last - first) / rate;
   const isInside = (time: number): boolean => time > -1e-9 && time < length + 1e-9;
   const held = (time: number): number => Math.min(Math.max(time, 0), length);

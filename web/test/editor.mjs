@@ -97,7 +97,7 @@ export class Editor {
 
   /** The frame that a readout shows, counted from 0. */
   async frame(which) {
-    return Number(/f (\d+)/.exec(await this.page.locator(`.readout[data-is=${which}]`).innerText())[1]);
+    return Number(/f (\d+)/.exec(await this.page.locator(`.readout[data-is=${which}]`).textContent())[1]);
   }
 
   /** Wait until a readout shows something else; the panels follow the curve when the hand rests. */

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { addKey, keyPlace } from "../src/document";
+import { addKey, changeClip, keyPlace } from "../src/document";
 import {
   addMarker,
   changeMarker,
@@ -10,6 +10,7 @@ import {
   playedStretch,
   setWorkArea,
 } from "../src/markers";
+import type { ClipFile } from "../src/messages";
 import { advance, range, STILL } from "../src/playback";
 import { trimClip, trimOf } from "../src/trim";
 import { clipOf } from "./clips";
@@ -89,8 +90,12 @@ describe("trimming a clip", () => {
   // 41 frames at 10 Hz are used of a file of 100, whose first frame is called 1; 20 come before.
   const clip = clipOf({ first_frame: 21, start_time: 2, n_whole: 100 });
 
+  const USED = changeClip(EMPTY, 0, { first_frame: 21, last_frame: 61 });
+
   it("is said from the file's first frame", () => {
-    expect(trimOf(clip)).toEqual({ start: 2, end: 6, last: 9.9 });
+    const [file] = USED.clips as [ClipFile];
+    expect(trimOf(file, clip)).toEqual({ start: 2, end: 6, last: 9.9 });
+    expect(trimOf({ ...file, first_frame: null, last_frame: null }, clip)).toEqual({ start: 0, end: 9.9, last: 9.9 });
   });
 
   it("names frames as the file does, and none where all is used", () => {
@@ -101,7 +106,7 @@ describe("trimming a clip", () => {
   });
 
   it("leaves what is told in the first clip's time on the same frames, and drops what is not used", () => {
-    let document = addKey(addKey(EMPTY, 0.5, 0.3)[0], 3, 2)[0];
+    let document = addKey(addKey(USED, 0.5, 0.3)[0], 3, 2)[0];
     document = addMarker(addMarker(document, "input", 3.5)[0], "output", 0.1)[0];
     const span = { id: "a", start: 0.5, end: 2 };
     document = {
@@ -119,6 +124,8 @@ describe("trimming a clip", () => {
       ["input", 2.5],
       ["output", 0.1],
     ]);
+    // Said twice, before the clip was read anew, it is what it was.
+    expect(trimClip(later, 0, clip, 3, 5.5)).toEqual(later);
     // Another clip of the group has no times of its own in the document.
     const other = trimClip({ ...document, clips: [...document.clips, ...document.clips] }, 1, clip, 3, 5.5);
     expect(other.keys).toEqual(document.keys);

@@ -53,7 +53,10 @@ export function textField(label: string, hint: string, commit: (text: string) =>
     input.dataset.typing = "false";
     accept();
     try {
-      refused = input.value !== shown && !commit(input.value.trim());
+      const typed = input.value;
+      refused = typed !== shown && !commit(typed.trim());
+      // Enter has taken it: leaving the field does not take it again.
+      if (!refused) shown = typed;
     } catch (error) {
       if (!(error instanceof GrammarError)) throw error;
       refused = true;

@@ -32,7 +32,7 @@ export class Transport {
   private readonly snap: HTMLButtonElement;
   private readonly clocks: Record<ClockName, HTMLButtonElement>;
   private readonly output: Field;
-  private readonly outputFrame = make("span");
+  private readonly outputFrame = make("span", { class: "frame" });
   private readonly input: Field;
   private readonly units: HTMLSelectElement;
   private readonly rate = make("span", { class: "note rate", title: "Frames a second of the first clip" });

@@ -29,7 +29,9 @@ export function timeTicks(view: View, most: number, rate: number, units: Units):
   const values: number[] = [];
   for (let i = Math.ceil((view.from * rate) / step - 1e-9); i * step <= view.to * rate + 1e-9; i++)
     values.push((i * step) / rate);
-  return { values, label: (value) => timecode(value, rate) };
+  // An axis within the first hour need not say so at each mark.
+  const isLong = Math.max(Math.abs(view.from), Math.abs(view.to)) >= 3600;
+  return { values, label: (value) => timecode(value, rate).replace(/^00:/u, isLong ? "00:" : "") };
 }
 
 /** Numbers of frames that a second is made of evenly, the second itself left out. */

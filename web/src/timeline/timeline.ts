@@ -143,7 +143,8 @@ export class Timeline {
       const end = store.knots ? outputEnd(store.knots) : 0;
       const over =
         x >= map.x && x <= map.x + map.width && y >= map.y && y <= heat.y + heat.height && time(event) <= end;
-      store.point(over ? Math.max(0, time(event)) : null);
+      // What is pointed at is a frame.
+      store.point(over ? Math.max(0, snapped(time(event), store.rate)) : null);
       const cursor = inside(this.layout.gutter, x, y) ? "row-resize" : "default";
       canvas.style.cursor = inside(this.layout.feet, x, y) && this.layout.feet.height > 0 ? "col-resize" : cursor;
     });

@@ -2,8 +2,8 @@
 
 import { make } from "../../dom";
 import { GrammarError, parseTime } from "../../grammar";
-import type { Clip } from "../../messages";
-import { trimClip, trimOf } from "../../trim";
+import type { Clip, ClipFile } from "../../messages";
+import { type Trim, trimClip, trimOf } from "../../trim";
 import { fieldTime, saidTime, unitsOf } from "../../units";
 import { button } from "../buttons";
 import { textField } from "../fields";
@@ -18,6 +18,7 @@ export class TrimRow {
 
   constructor({ store, connection }: Pick<Side, "store" | "connection">, index: number) {
     const clipNow = (): Clip | null => store.clips[index] ?? null;
+    const now = (clip: Clip): Trim => trimOf(documentOf(store).clips[index] as ClipFile, clip);
     const trim = (clip: Clip, start: number, end: number): void =>
       connection.edit(trimClip(documentOf(store), index, clip, start, end), "trim clip");
     const bound =
@@ -25,7 +26,7 @@ export class TrimRow {
       (text: string): boolean => {
         const clip = clipNow();
         if (!clip) return false;
-        const whole = trimOf(clip);
+        const whole = now(clip);
         const usual = which === "start" ? 0 : whole.last;
         const time = text === "" ? usual : parseTime(text, clip.rate);
         const start = which === "start" ? time : whole.start;
@@ -44,18 +45,19 @@ export class TrimRow {
     to.input.setAttribute("aria-label", `Clip ${index + 1}: used to`);
     const all = button("All", "Use all of it", () => {
       const clip = clipNow();
-      if (clip) trim(clip, 0, trimOf(clip).last);
+      if (clip) trim(clip, 0, now(clip).last);
     });
     const pair = make("div", { class: "pair" }, from.input, make("span", { class: "note" }, "to"), to.input, all);
     this.root = row("Used", pair, from.trouble, to.trouble);
     this.update = () => {
       const clip = clipNow();
-      this.root.hidden = clip === null;
-      if (!clip) return;
-      const { start, end } = trimOf(clip);
+      const there = documentOf(store).clips[index] !== undefined && clip !== null;
+      this.root.hidden = !there;
+      if (!there) return;
+      const { start, end, last } = now(clip);
       from.show(fieldTime(start, clip.rate, unitsOf(store), 2));
       to.show(fieldTime(end, clip.rate, unitsOf(store), 2));
-      all.style.visibility = clip.n_frames < clip.n_whole ? "visible" : "hidden";
+      all.style.visibility = start > 0 || end < last ? "visible" : "hidden";
     };
   }
 }

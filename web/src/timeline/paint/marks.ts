@@ -40,16 +40,28 @@ export function markers(canvas: Canvas): void {
       if (marker.on === "output") {
         const x = Math.round(outputX(layout, scales, marker.time));
         dotted(canvas, x, map.y, 1, heat.y + heat.height - map.y);
-        if (marker.name) label(canvas, marker.name, x + 7, ruler.y + ruler.height - 8, "left", palette.lock);
+        if (marker.name) named(canvas, marker.name, x + 7, ruler.y + ruler.height - 8);
       } else {
         const y = Math.round(inputY(layout, scales, marker.time));
         if (y < map.y || y > map.y + map.height) return;
         dotted(canvas, map.x, y, map.width, 1);
-        if (marker.name) label(canvas, marker.name, map.x + 12, y - 8, "left", palette.lock);
+        if (marker.name) named(canvas, marker.name, map.x + 12, y - 9);
       }
     });
   }
 }
+
+/** Write a name on a ground of its own: what lies under it stays legible beside it, not through it. */
+function named(canvas: Canvas, name: string, x: number, y: number): void {
+  const { pen, palette } = canvas;
+  const text = name.length > MOST_LETTERS ? `${name.slice(0, MOST_LETTERS - 1)}…` : name;
+  pen.fillStyle = palette.panel;
+  pen.fillRect(x - 2, y - 7, pen.measureText(text).width + 4, 14);
+  label(canvas, text, x, y, "left", palette.lock);
+}
+
+/** Letters of a name that are painted; all of it stands in the list. */
+const MOST_LETTERS = 24;
 
 function dotted({ pen }: Canvas, x: number, y: number, width: number, height: number): void {
   const long = Math.max(width, height);
