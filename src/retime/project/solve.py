@@ -138,8 +138,8 @@ class DocumentSolver:
 
 
 def _asks_for(document: Document) -> Document:
-    """Leave out of a document what says nothing of its warp: markers, the work area, what is compared with."""
-    return replace(document, markers=(), work_area=None, kept=())
+    """Leave out of a document what says nothing of its warp: markers, the work area, media, what is compared with."""
+    return replace(document, markers=(), work_area=None, kept=(), media=None, beats=None)
 
 
 def _searched(document: Document) -> tuple[int, ...]:
