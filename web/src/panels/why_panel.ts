@@ -4,7 +4,7 @@ import { make, setText } from "../dom";
 import { flightText, standing } from "../flights";
 import { isWithin } from "../propagation";
 import type { Store, Topic } from "../store";
-import { said, saidTime, unitsOf } from "../units";
+import { fieldTime, said, unitsOf } from "../units";
 import { at, inputAt, speedAt } from "../warp";
 import { bindingWords, type Match, matchesAt, rank, rankedScores, rowAt } from "../why";
 
@@ -83,12 +83,7 @@ export class WhyPanel {
     setText(this.scoreText, Number.isFinite(score) ? `${score.toPrecision(3)}, ${placed(share)}` : "none at the ends");
     const matches = matchesAt(why, row);
     const name = matches[0] && matches[0].source >= 0 ? `${matches[0].name} ` : "itself ";
-    setText(
-      this.matched,
-      matches.length > 0
-        ? `${name}at ${matches.map((match) => `${matchTime(this.store, match)}${match.mirrored ? " mirrored" : ""}`).join(", ")}`
-        : "nothing",
-    );
+    setText(this.matched, matches.length > 0 ? `${name}at ${matchTimes(this.store, matches)}` : "nothing");
     const words = bindingWords(at(why.binding, row));
     setText(this.bound, words.length > 0 ? words.join(", ") : "nothing");
   }
@@ -113,10 +108,15 @@ export class WhyPanel {
   }
 }
 
-/** When a matched frame is, in all of its reference. */
-function matchTime(store: Store, match: Match): string {
-  const rate = (match.source < 0 ? store.clip : store.references[match.source])?.rate ?? store.rate;
-  return saidTime(store.wholeTime(match), rate, unitsOf(store));
+/** When matched frames are, in all of their references; the unit of seconds stands at the end. */
+function matchTimes(store: Store, matches: readonly Match[]): string {
+  const units = unitsOf(store);
+  const said = matches.map((match) => {
+    const rate = (match.source < 0 ? store.clip : store.references[match.source])?.rate ?? store.rate;
+    const time = fieldTime(store.wholeTime(match), rate, units, 2);
+    return `${time}${match.mirrored ? " mirrored" : ""}`;
+  });
+  return `${said.join(", ")}${units === "seconds" ? " s" : ""}`;
 }
 
 function placed(share: number): string {
