@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 8;
+export const VERSION = 9;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;

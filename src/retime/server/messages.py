@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 8
+VERSION = 9
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
