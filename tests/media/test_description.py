@@ -7,13 +7,16 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from retime.errors import FormatError
+from retime.errors import FormatError, RetimeWarning
+from retime.warp.curve import Warp
 from tests.media import clips
 
 av = pytest.importorskip("av", reason="needs the extra 'video'")
 pytest.importorskip("cv2", reason="needs the extra 'video'")
 
+from retime.media.apply import retime_media  # noqa: E402
 from retime.media.description import describe_media  # noqa: E402
+from retime.media.options import MediaOptions  # noqa: E402
 
 pytestmark = pytest.mark.extras
 
@@ -99,6 +102,35 @@ def test_numbered_pictures(tmp_path) -> None:
         av.VideoFrame.from_ndarray(clips.picture(number), format="gray").save(str(tmp_path / f"a.{number:03d}.png"))
     (pictures,) = describe_media(tmp_path / "a.%03d.png", fps=10)["streams"]
     assert (pictures["codec"], pictures["frames"], pictures["seconds"]) == ("png", 5, pytest.approx(0.5))
+
+
+def test_a_last_frame_may_be_shown_for_long(tmp_path) -> None:
+    """Pictures that are all alike are one, in a WebP, which is shown for as long as they were."""
+    clip = clips.write_clip(tmp_path / "a.mkv", 31)
+    held = Warp([0, 0.5, 2.0], [0, 0.5, 0.5])
+    with pytest.warns(RetimeWarning, match="left out"):
+        retime_media(clip, tmp_path / "a.webp", held, MediaOptions(frames="nearest"))
+    (video,) = describe_media(tmp_path / "a.webp")["streams"]
+    assert video["frames"] < 31
+    assert video["seconds"] == pytest.approx(2.0 + 1 / 30, abs=0.05)
+    # It covers all of that time, so nothing is said of a part that is missing.
+    retime_media(tmp_path / "a.webp", tmp_path / "b.mkv", Warp([0, 2], [0, 2]))
+    assert describe_media(tmp_path / "b.mkv")["streams"][0]["frames"] == 61
+
+
+def test_streams_that_are_not_seen_or_heard_are_named(tmp_path) -> None:
+    """Fonts in a Matroska, a camera's timecode in a MOV."""
+    clip = clips.write_clip(tmp_path / "a.mkv", 10)
+    with av.open(str(clip)) as source, av.open(str(tmp_path / "b.mkv"), "w") as output:
+        video = output.add_stream_from_template(source.streams.video[0])
+        output.add_attachment("words.txt", "text/plain", b"words")
+        for packet in source.demux(video=0):
+            if packet.size:
+                packet.stream = video
+                output.mux(packet)
+    with pytest.warns(RetimeWarning, match=r"neither seen nor heard was left out \(streams of attachment: 1\)"):
+        retime_media(tmp_path / "b.mkv", tmp_path / "c.mkv", Warp([0, 0.3], [0, 0.3]))
+    assert [one["type"] for one in describe_media(tmp_path / "b.mkv")["streams"]] == ["video", "attachment"]
 
 
 @pytest.mark.parametrize("content", [b"", b"#EXTM3U\nother.mp4\n", b"no video", b"RIFF\0\0\0\0WAVEfmt "])

@@ -185,7 +185,7 @@ def _of_frames(reader: Any, stream: Any) -> dict[str, Any]:
         "exact_rate": str(rate),
         "variable_rate": not times.even,
         "frames": len(times.stamps),
-        "seconds": float(times.seconds[-1]) + float(1 / rate),
+        "seconds": reader.seconds,
         "pixel_aspect": str(aspect) if aspect else "1",
         "rotation": -int(first.rotation) % 360,
         "interlaced": bool(first.interlaced_frame),

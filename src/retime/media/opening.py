@@ -134,12 +134,15 @@ class Scanned:
         Whether packets say no times, so that frames are counted.
     n_bytes : int
         Of all packets.
+    seconds : float
+        From the first frame to the end of the last, which may be shown for longer than the others.
     """
 
     times: FrameTimes
     keys: BoolArray
     counted: bool
     n_bytes: int
+    seconds: float
 
     __repr__ = brief_repr
 
@@ -164,7 +167,7 @@ def scan(container: Any, stream: Any, path: Path, rate: Fraction | None) -> Scan
     av = needed("av")
     stamps: list[int] = []
     keys: list[bool] = []
-    n_bytes, counted = 0, False
+    n_bytes, counted, stop = 0, False, 0
     try:
         for packet in container.demux(stream):
             if not packet.size:
@@ -174,6 +177,7 @@ def scan(container: Any, stream: Any, path: Path, rate: Fraction | None) -> Scan
                 continue
             counted |= packet.pts is None
             stamps.append(0 if packet.pts is None else packet.pts)
+            stop = max(stop, stamps[-1] + (packet.duration or 0))
             keys.append(bool(packet.is_keyframe))
             if len(stamps) > MOST_FRAMES:
                 raise FormatError(f"more than {MOST_FRAMES} frames", path=path)
@@ -188,14 +192,31 @@ def scan(container: Any, stream: Any, path: Path, rate: Fraction | None) -> Scan
         times = FrameTimes(np.arange(len(stamps)), 1 / shown, shown, True)
         flags = np.zeros(len(stamps), dtype=bool)
         flags[0] = True
-        return Scanned(times, flags, True, n_bytes)
+        return Scanned(times, flags, True, n_bytes, shown_seconds(times))
     array = np.array(stamps, dtype=np.int64)
     order = np.argsort(array, kind="stable")
     array, flags = array[order], np.array(keys)[order]
     fresh = np.append(True, np.diff(array) > 0)
     array, flags = array[fresh], flags[fresh]
     flags[0] = True
-    return Scanned(frame_times(array, stream.time_base, said, rate), flags, False, n_bytes)
+    times = frame_times(array, stream.time_base, said, rate)
+    last = None if rate is not None else (stop - int(array[-1])) * stream.time_base
+    return Scanned(times, flags, False, n_bytes, shown_seconds(times, last))
+
+
+def shown_seconds(times: FrameTimes, last: Fraction | None = None) -> float:
+    """Return how long frames are shown in all.
+
+    Parameters
+    ----------
+    times : FrameTimes
+        When each is.
+    last : Fraction, optional
+        For how many seconds the last one is, where somebody says so; it counts where it is more than rounding.
+    """
+    usual = 1 / times.rate
+    shown = last if last is not None and last > usual * Fraction(3, 2) else usual
+    return float(times.seconds[-1]) + float(shown)
 
 
 def frame_times(stamps: IntArray, base: Fraction, said: Fraction, rate: Fraction | None) -> FrameTimes:

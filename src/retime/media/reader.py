@@ -15,7 +15,7 @@ import numpy as np
 
 from retime.errors import FormatError
 from retime.media.extras import needed
-from retime.media.opening import MOST_PIXELS, Scanned, SharedFile, open_media, reason, scan
+from retime.media.opening import MOST_PIXELS, Scanned, SharedFile, open_media, reason, scan, shown_seconds
 from retime.media.times import FrameTimes
 
 # Of decoded frames that are kept: enough for a group of pictures of HD played backward in a few rounds.
@@ -29,9 +29,10 @@ Beat = Callable[[], None]
 
 
 class FrameReader(Protocol):
-    """Frames by their number in the order of showing."""
+    """Frames by their number in the order of showing; `seconds` is how long they are shown in all."""
 
     times: FrameTimes
+    seconds: float
 
     def get(self, frame: int) -> Any:
         """Return a frame of PyAV."""
@@ -118,7 +119,7 @@ class VideoReader:
                     path=path,
                 )
             self.scanned: Scanned = scan(container, stream, path, rate)
-        self.times = self.scanned.times
+        self.times, self.seconds = self.scanned.times, self.scanned.seconds
         self._stamps = self.scanned.times.stamps
         if rate is not None and not self.scanned.counted:
             # Frames are found by the file's own stamps, whatever rate is said for them.
@@ -314,6 +315,7 @@ class PictureReader:
     def __init__(self, files: list[Path], rate: Fraction, beat: Beat) -> None:
         self._files, self._beat = files, beat
         self.times = FrameTimes(np.arange(len(files)), 1 / rate, rate, True)
+        self.seconds = shown_seconds(self.times)
         self._kept = _Kept()
 
     def get(self, frame: int) -> Any:
@@ -352,10 +354,12 @@ class ListReader:
         Of PyAV.
     times : FrameTimes
         When they are shown.
+    seconds : float
+        For how long in all.
     """
 
-    def __init__(self, pictures: list[Any], times: FrameTimes) -> None:
-        self._pictures, self.times = pictures, times
+    def __init__(self, pictures: list[Any], times: FrameTimes, seconds: float) -> None:
+        self._pictures, self.times, self.seconds = pictures, times, seconds
 
     def get(self, frame: int) -> Any:
         """Return a frame of PyAV."""

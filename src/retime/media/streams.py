@@ -11,7 +11,7 @@ import numpy as np
 from retime.errors import FormatError
 from retime.media.extras import needed
 from retime.media.kinds import find_sequence, is_sequence
-from retime.media.opening import SharedFile, frame_times, open_media
+from retime.media.opening import SharedFile, frame_times, open_media, shown_seconds
 from retime.media.reader import Beat, FrameReader, ListReader, PictureReader, VideoReader
 
 USUAL_RATE = Fraction(24)
@@ -126,5 +126,7 @@ def _webp_frames(shared: SharedFile, path: Path, fps: Fraction | None) -> ListRe
         form = "bgra" if frame.shape[2] == 4 else "bgr24"
         pictures.append(av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format=form))
     stamps = np.concatenate([[0], np.cumsum(np.maximum(1, np.array(animation.durations[:-1], np.int64)))])
-    mean = Fraction(1000 * len(stamps), int(stamps[-1]) + max(1, int(animation.durations[-1])))
-    return ListReader(pictures, frame_times(stamps, Fraction(1, 1000), mean, fps))
+    last = max(1, int(animation.durations[-1]))
+    mean = Fraction(1000 * len(stamps), int(stamps[-1]) + last)
+    times = frame_times(stamps, Fraction(1, 1000), mean, fps)
+    return ListReader(pictures, times, shown_seconds(times, None if fps else Fraction(last, 1000)))

@@ -176,9 +176,12 @@ def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, spools: lis
     assert source is not None
     shared = SharedFile(source)
     with open_media(shared, job.path) as container:
-        pictures, covers, sounds, texts, _ = streams_of(container)
+        pictures, covers, sounds, texts, others = streams_of(container)
         if not pictures and not sounds:
             raise FormatError("no video and no sound", path=job.path)
+        if others:
+            kinds = ", ".join(sorted({str(container.streams[index].type) for index in others}))
+            report.warn(f"{job.path}: what is neither seen nor heard was left out (streams of {kinds}: {len(others)})")
         tracks = []
         for index in pictures:
             reader = VideoReader(shared, job.path, index, job.options.fps, report.beat, whole=job.options.deinterlace)
@@ -312,7 +315,9 @@ def _compare_ranges(job: Job, frames: FrameReader | None, sound: SoundReader | N
     """Warn where the warp and the media don't cover the same times."""
     low, high = (float(edge) - job.options.offset for edge in (job.warp.input_times.min(), job.warp.input_times.max()))
     if frames is not None:
-        end, rate = float(frames.times.seconds[-1]), float(frames.times.rate)
+        rate = float(frames.times.rate)
+        # As of a motion; the last frame may be shown for longer than the others.
+        end = frames.seconds - 1 / rate
     elif sound is not None:
         # To a twentieth of a second: sound has no frames.
         end, rate = sound.seconds, 10.0
