@@ -16,7 +16,7 @@ import zipfile
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from retime.errors import RetimeError
 from retime.formats.c3d_file import parse_c3d
@@ -29,6 +29,7 @@ from retime.issue_report.vocabulary import words_of_modules
 _RUN = re.compile(rb"[\x20-\x7e\x80-\xff]{3,}")
 _C3D = tuple(f"retime.formats.{one}" for one in ("c3d", "c3d_file", "c3d_frames", "c3d_numbers"))
 _C3D_BLOCK = 512
+_BYTE_ORDERS: tuple[Literal["little", "big"], ...] = ("little", "big")
 # Where the header has the labels of its events.
 _C3D_LABELS = (396, 468)
 _ARRAYS = (
@@ -56,11 +57,17 @@ def mask_c3d(data: bytes, names: StandIns) -> bytes:
     out = bytearray(data)
     begin, end = _C3D_LABELS
     _mask_runs(out, begin, min(end, len(out)), names, known)
-    if data[1:2] == b"\x50":
+    if data[1:2] != b"\x50":
+        # No C3D, or one whose bytes have moved: its text may be anywhere.
+        _mask_runs(out, 0, len(out), names, known)
+    else:
         # The parameters end where the frames begin; how the machine writes numbers is not needed to see that.
+        # Header and section both say where that is, and damage may have changed one of them.
         section = max(data[0] - 1, 0) * _C3D_BLOCK
-        blocks = data[section + 2] if section + 2 < len(data) else 0
-        _mask_parameters(out, section + 4, min(section + max(blocks, 1) * _C3D_BLOCK, len(out)), names, known)
+        said = [section + _C3D_BLOCK * data[section + 2] if section + 2 < len(data) else 0]
+        said += [_C3D_BLOCK * (int.from_bytes(data[16:18], order) - 1) for order in _BYTE_ORDERS]
+        ends = [end for end in said if section < end <= len(data)]
+        _mask_parameters(out, section + 4, max(ends, default=len(out)), names, known)
     return bytes(out)
 
 
@@ -87,9 +94,9 @@ def _mask_parameters(out: bytearray, at: int, end: int, names: StandIns, known: 
                 for begin in range(values, text_at, size):
                     _mask_runs(out, begin, min(begin + size, text_at), names, known, least=1)
         _mask_runs(out, text_at, stop, names, known, least=1)
+        at = stop
         if step < 2:
-            return
-        at = link + step
+            break
     _mask_runs(out, at, end, names, known)
 
 

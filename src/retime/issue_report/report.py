@@ -253,7 +253,10 @@ def make_report(path: Path, reading: Reading, *, build: Sequence[tuple[str, str]
     suffix = plain_path(path).suffix.lower()
     made = _Made({}, False, None, "this format can't be stripped, so the file is not in the report")
     if suffix in STRIPPINGS:
-        made = _strip(path, reading, outcome, names, read_files)
+        with warnings.catch_warnings():
+            # What was to be warned of was taken down.
+            warnings.simplefilter("ignore")
+            made = _strip(path, reading, outcome, names, read_files)
     text = _in_words(path, reading, outcome, made, names, build)
     stayed = tuple(sorted({word.decode("latin-1") for word in names.stayed}, key=str.lower))
     return Report(text, made.files, made.same, stayed if made.files else ())
@@ -428,8 +431,9 @@ def _in_words(
     options = reading.in_stand_ins(names, Path("clip.asf")).words()
 
     def told(message: str) -> str:
-        # Where nothing was stripped no name is known: what a message quotes may be one.
-        return names.met_in(message) if made.files else re.sub(r"'[^']*'|\"[^\"]*\"", "'...'", message)
+        # Of the file's own message not all names need be known: what it quotes may be one.
+        plain = message if made.same else re.sub(r"'[^']*'|\"[^\"]*\"", "'...'", message)
+        return names.met_in(plain)
 
     lines = [
         "retime report",

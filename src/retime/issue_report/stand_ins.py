@@ -72,6 +72,7 @@ class StandIns:
                 found = _in_case_of(name, self._next(plain))
             self.of[name] = found
             self._taken.add(found)
+            self.of |= dict(_as_shown(name, found))
         return found
 
     def in_words(self, text: bytes, known: frozenset[bytes] = frozenset(), *, by_parts: bool = False) -> bytes:
@@ -122,6 +123,17 @@ class StandIns:
         return next(self._free.setdefault(size, _of_size(size)))
 
 
+def _as_shown(name: bytes, stand_in: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Pair the words that messages have for a name that is no UTF-8: decoded otherwise, or its bytes written out."""
+    try:
+        name.decode()
+    except UnicodeDecodeError:
+        for encoding, errors in (("cp1252", "replace"), ("latin-1", "strict"), ("utf-8", "backslashreplace")):
+            ours, theirs = (_WORDS.findall(one.decode(encoding, errors).encode()) for one in (name, stand_in))
+            if len(ours) == len(theirs):
+                yield from zip(ours, theirs, strict=True)
+
+
 def _in_case_of(name: bytes, base: bytes) -> bytes:
     return base.upper() if name.isupper() else base.capitalize() if name[:1].isupper() else base
 
@@ -147,7 +159,11 @@ class _Wide:
         if self.undecodable:
             # No UTF-8: the byte that shows it stays, and letters count.
             rest = self.size - len(self.undecodable)
-            return self.undecodable + (b"%0*d" % (rest, k) if rest and 10**rest > k else b"n" * rest)
+            counted = bytearray(b"n" * rest)
+            for place in reversed(range(rest)):
+                k, digit = divmod(k, len(_LETTERS))
+                counted[place] = _LETTERS[digit]
+            return self.undecodable + bytes(counted)
         first, count = self._BLOCKS[self.letter_bytes]
         letter = chr(first + k % count).encode()
         rest = self.size - len(letter)
