@@ -20,6 +20,7 @@ from typing import Any, Literal
 
 from retime.errors import RetimeError
 from retime.formats.c3d_file import parse_c3d
+from retime.formats.c3d_numbers import MACHINES
 from retime.formats.npy_arrays import parse_array
 from retime.formats.read_options import ReadOptions
 from retime.issue_report.stand_ins import StandIns
@@ -57,7 +58,8 @@ def mask_c3d(data: bytes, names: StandIns) -> bytes:
     out = bytearray(data)
     begin, end = _C3D_LABELS
     _mask_runs(out, begin, min(end, len(out)), names, known)
-    if data[1:2] != b"\x50":
+    place = (data[0] - 1) * _C3D_BLOCK + 3 if data else 0
+    if data[1:2] != b"\x50" or place < 0 or place >= len(data) or data[place] not in MACHINES:
         # No C3D, or one whose bytes have moved: its text may be anywhere.
         _mask_runs(out, 0, len(out), names, known)
     else:
@@ -88,6 +90,9 @@ def _mask_parameters(out: bytearray, at: int, end: int, names: StandIns, known: 
             dimensions = out[link + 4 : link + 4 + n_dimensions]
             values = link + 4 + n_dimensions
             text_at = min(values + math.prod(dimensions) * (1 if is_text else max(out[link + 2], 1)), stop)
+            if not is_text:
+                # Numbers, unless damage has moved words in among them: few numbers look like long ones.
+                _mask_runs(out, values, text_at, names, known, least=6)
             if is_text and text_at > values:
                 # Texts of one length follow one another, with nothing between them.
                 size = (dimensions[0] if dimensions else 1) or 1
