@@ -141,7 +141,8 @@ def _load_everything() -> None:
     av.logging.set_level(av.logging.PANIC)
     # Parts of it are imported when a stream of their kind is met.
     for module in pkgutil.walk_packages(av.__path__, "av."):
-        if not module.name.endswith("__main__"):
+        # The one that fetches samples from the network is the slowest to import, and nobody's business here.
+        if not module.name.endswith(("__main__", ".datasets")):
             with contextlib.suppress(ImportError):
                 importlib.import_module(module.name)
     # And so does NumPy.
