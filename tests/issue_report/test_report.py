@@ -136,15 +136,18 @@ def test_no_name_is_in_the_report_and_it_is_small(suffix, tmp_path) -> None:
 
 
 def damaged(data: bytes, seed: int) -> bytes:
-    """Change some bytes of a file, cut it, or leave some out."""
+    """Change some bytes of a file, cut it, leave some out, or put some in again elsewhere."""
     rng = random.Random(seed)
     changed = bytearray(data)
-    kind = rng.choice(["flip", "cut", "leave out"])
+    kind = rng.choice(["flip", "cut", "leave out", "say twice"])
     if kind == "flip":
         for _ in range(rng.choice([1, 3, 20])):
             changed[rng.randrange(len(changed))] = rng.randrange(256)
     elif kind == "cut":
         del changed[rng.randrange(len(changed)) :]
+    elif kind == "say twice":
+        start, place = rng.randrange(len(changed)), rng.randrange(len(changed))
+        changed[place:place] = changed[start : start + rng.randrange(200)]
     else:
         start = rng.randrange(len(changed))
         del changed[start : start + rng.randrange(100)]

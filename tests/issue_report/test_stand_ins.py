@@ -56,6 +56,13 @@ def test_known_parts_of_a_word_stay() -> None:
     assert stand_ins.stayed == {b"deg", b"X"}
 
 
+def test_a_name_that_was_met_goes_from_among_numbers_too() -> None:
+    stand_ins = StandIns()
+    masked = stand_ins.in_words(b"Annabel Bo")
+    swept = stand_ins.swept(b"\x00\x01Annabel\xffBo\x02")
+    assert swept == b"\x00\x01" + masked[:7] + b"\xffBo\x02"
+
+
 def test_messages_are_alike_but_for_names_and_nothing_else() -> None:
     pairs = {b"LeftFoot": b"N0000000", b"Hips": b"N000"}
     ours = "clip.bvh:12: 'LeftFoot' of 'Hips': 3 values"

@@ -281,6 +281,9 @@ def _strip(path: Path, reading: Reading, outcome: Outcome, names: StandIns, read
     clip = f"clip{suffix}"
     foreign = foreign_kind(data)
     masked = stripping.mask(data, names)
+    if b"\0" in data:
+        # In a binary file damage may have carried a name to where nobody looks for one.
+        masked = names.swept(masked)
     start = b""
     if foreign is not None:
         # What a file is told by; of another kind altogether it may be all that counts.

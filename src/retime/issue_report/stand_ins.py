@@ -21,6 +21,7 @@ _PARTS = re.compile(rb"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[\x80-\xff]+")
 # No vowels, so that no word of a language comes out.
 _LETTERS = b"nbcdfghjklmpqrstvwxz"
 _ALL_LETTERS = b"nbcdfghjklmpqrstvwxzaeiouy0123456789_"
+_LEAST_SWEPT, _MOST_SWEPT = 5, 10**10
 # Numbers that are words, and truth.
 _VALUES = frozenset((b"nan", b"inf", b"infinity", b"true", b"false", b"null", b"none"))
 
@@ -106,6 +107,17 @@ class StandIns:
 
         # A message quotes the whole of it.
         return self.of.setdefault(word, _PARTS.sub(one, word))
+
+    def swept(self, data: bytes) -> bytes:
+        """Replace names that were met wherever else they stand, in the middle of numbers too."""
+        # Shorter ones may be numbers by chance; and nobody should wait for it.
+        long = [name for name in self.of if len(name) >= _LEAST_SWEPT]
+        if len(long) * len(data) > _MOST_SWEPT:
+            return data
+        for name in sorted(long, key=len, reverse=True):
+            if name in data:
+                data = data.replace(name, self.of[name])
+        return data
 
     def met_in(self, text: str) -> str:
         """Replace the words of a text that were met before, as in a message or an option."""
