@@ -31,6 +31,7 @@ from retime.motion.channels import ChannelKind, KindLike, as_kind, matching
 from retime.motion.gaps import GapPolicy
 from retime.motion.motion import UPS, Motion, Up
 from retime.motion.rate import parse_rate
+from retime.motion.skin import Skin
 from retime.warp.curve import Warp
 
 
@@ -60,6 +61,8 @@ class Format:
         The name of a format whose ending it shares; its module then tells by what a file holds that it is one.
     facts : bool
         Whether its module has more to tell of a file than what is read (`facts_of`).
+    skins : bool
+        Whether its files may hold the character's own mesh, which its module reads (`skin_of`).
     package, extra : str
         A package that it needs beyond retime's own, and the extra that installs it.
     imports : str
@@ -85,6 +88,7 @@ class Format:
     frames: bool = False
     among: str = ""
     facts: bool = False
+    skins: bool = False
     package: str = ""
     extra: str = ""
     imports: str = ""
@@ -104,7 +108,7 @@ FORMATS = (
     Format("c3d", (".c3d",), "signal", "C3D captures", frames=True, facts=True),
     Format("amass", (".npz",), "motion", "AMASS, SMPL bodies", writes=False, frames=True, among="npy", facts=True),
     Format("humanml3d", (".npy",), "signal", "HumanML3D features", writes=False, frames=True, among="npy"),
-    Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True, facts=True),
+    Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True, facts=True, skins=True),
     Format("fbx", (".fbx",), "motion", "FBX 7 scenes", curves=True, facts=True),
     Format(
         "usd",
@@ -195,6 +199,13 @@ class ManyFilesModule(FormatModule, Protocol):
 
     def is_many_files(self, path: Path) -> bool:
         """Tell whether a path stands for several files: a folder, or a pattern of names."""
+
+
+class SkinModule(FormatModule, Protocol):
+    """What the module of a format offers whose files may hold meshes that follow the joints."""
+
+    def skin(self, path: Path, data: bytes, options: ReadOptions) -> Skin | None:
+        """Read what follows the joints of the motion that is read."""
 
 
 class FramesModule(FormatModule, Protocol):
@@ -291,6 +302,22 @@ def facts_of(path: str | PathLike[str], options: ReadOptions) -> dict[str, str]:
         return {}
     data = read_plain(path, options.limits, repair=options.repair)
     return cast(TellingModule, _module(known)).facts(path, data, options)
+
+
+def skin_of(path: str | PathLike[str], options: ReadOptions) -> Skin | None:
+    """Read the mesh of the character that a file's motion moves; None where it has none that is known here.
+
+    Raises
+    ------
+    FormatError, OSError
+        As `read`; or the mesh is damaged or compressed.
+    """
+    path = Path(path)
+    known = format_of(path)
+    if not known.skins:
+        return None
+    data = read_plain(path, options.limits, repair=options.repair)
+    return cast(SkinModule, _module(known)).skin(path, data, options)
 
 
 def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:

@@ -9,7 +9,7 @@ import struct
 import numpy as np
 
 COMPONENTS = {"f4": 5126, "u1": 5121, "i2": 5122, "u2": 5123}
-TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
+TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 
 class Scene:
@@ -118,4 +118,48 @@ def drawn_scene(seed: int, start: float = 0.0) -> Scene:
     ]
     scene.animation("take", tracks)
     scene.accessor(rng.normal(size=(5, 3)))  # What nothing uses may be used by what this reader does not know.
+    return scene
+
+
+def skinned_scene(seed: int, n_keys: int = 5) -> Scene:
+    """Make a figure under a scaled and turned node; a joint that no key moves, and a mesh of two primitives."""
+    rng = np.random.default_rng(seed)
+    scene = Scene()
+
+    def turned(**more) -> int:
+        q = unit_rows(rng, 1)[0]
+        return scene.node(rotation=[*map(float, np.roll(q, -1))], translation=[*map(float, rng.normal(size=3))], **more)
+
+    scale = float(rng.uniform(0.01, 3))
+    tip = turned(name="tip")
+    lower = turned(name="lower", children=[tip], scale=[float(rng.uniform(0.5, 2))] * 3)
+    upper = turned(name="upper", children=[lower])
+    turned(name="above", children=[upper], scale=[scale] * 3)
+    times = scene.accessor(np.arange(n_keys) / 30)
+    tracks = [
+        (node, "rotation", times, scene.accessor(np.roll(unit_rows(rng, n_keys), -1, axis=1)), "STEP")
+        for node in (upper, lower)
+    ]
+    tracks.append((upper, "translation", times, scene.accessor(rng.normal(size=(n_keys, 3))), "LINEAR"))
+    scene.animation("moves", tracks)
+    members = [int(node) for node in rng.permutation([tip, lower, upper])]
+    inverses = np.repeat(np.eye(4)[None], 3, axis=0)
+    inverses[:, :3] += 0.3 * rng.normal(size=(3, 3, 4))
+    scene.json["skins"] = [
+        {"joints": members, "inverseBindMatrices": scene.accessor(inverses.transpose(0, 2, 1).reshape(3, 16))}
+    ]
+    primitives = []
+    for n_points, indexed in ((7, True), (6, False)):
+        weights = rng.random((n_points, 4)) * (rng.random((n_points, 4)) < 0.6)
+        weights[:, 0] += 0.1
+        weights /= weights.sum(axis=1, keepdims=True)
+        attributes = {
+            "POSITION": scene.accessor(rng.normal(size=(n_points, 3))),
+            "JOINTS_0": scene.accessor(rng.integers(0, 3, (n_points, 4)), "u1"),
+            "WEIGHTS_0": scene.accessor(weights),
+        }
+        indices = {"indices": scene.accessor(rng.integers(0, n_points, 9), "u2")} if indexed else {}
+        primitives.append({"attributes": attributes, **indices})
+    scene.json["meshes"] = [{"primitives": primitives}]
+    scene.node(mesh=0, skin=0)
     return scene

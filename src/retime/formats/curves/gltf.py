@@ -15,11 +15,13 @@ from retime.formats.curves.gltf_animation import Animation, Sampler, chosen_anim
 from retime.formats.curves.gltf_file import GltfFile, parse_gltf
 from retime.formats.curves.gltf_retime import NewKeys, with_keys
 from retime.formats.curves.gltf_scene import Sampled, sample_animation
+from retime.formats.curves.gltf_skin import read_skin
 from retime.formats.curves.gltf_write import glb_of, gltf_of
 from retime.formats.read_options import ReadOptions
 from retime.motion import rotation
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
+from retime.motion.skin import Skin
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from retime.warp.cutting import cut_curve
@@ -53,6 +55,19 @@ def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
             stacklevel=2,
         )
     return sample_animation(file, animation, options.rate, options.limits).clip
+
+
+def skin(path: Path, data: bytes, options: ReadOptions) -> Skin | None:
+    """Read the meshes that follow the joints of the motion which `read` returns; None where there is none.
+
+    Raises
+    ------
+    FormatError
+        They are damaged or compressed.
+    """
+    file = parse_gltf(path, data, options.limits)
+    animation = read_animation(file, chosen_animations(file, options.animation)[0])
+    return read_skin(file, animation, options.limits)
 
 
 def facts(path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:

@@ -141,7 +141,7 @@ def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None
     start = animation.start
     rate = rate or grid_rate(starts, start)
     n_frames = int(np.ceil(float(rate) * (animation.end - start) - 1e-3)) + 1
-    moved = sorted({one.node for one in animation.channels if one.node is not None and one.path != "weights"})
+    moved = _moved(animation)
     nodes = read_nodes(file, limits)
     if n_frames > limits.frames or n_frames * max(1, len(moved)) > limits.joint_poses:
         raise file.error(
@@ -183,6 +183,16 @@ def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None
         name=animation.name,
     )
     return Sampled(motion, tuple(joints), scales)
+
+
+def _moved(animation: Animation) -> list[int]:
+    return sorted({one.node for one in animation.channels if one.node is not None and one.path != "weights"})
+
+
+def joint_nodes(nodes: list[Node], animation: Animation) -> list[int]:
+    """Name the node of each joint of an animation read as a motion; -1 for a root that stands for the scene."""
+    moved = _moved(animation)
+    return _with_ancestors(nodes, moved) if moved else []
 
 
 def _with_ancestors(nodes: list[Node], moved: list[int]) -> list[int]:
