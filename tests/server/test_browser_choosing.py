@@ -9,6 +9,7 @@ import pytest
 import retime
 from retime.project.document import WorkArea
 from retime.project.file import read_project
+from tests.formats.curves.scenes import skinned_scene
 from tests.server.test_browser import drive, pytestmark, rooms  # noqa: F401
 
 
@@ -31,3 +32,12 @@ def test_times_are_typed_dragged_marked_looped_and_trimmed(rooms):  # noqa: F811
     beat, pose = sorted(document.markers, key=lambda marker: marker.on, reverse=True)
     assert (beat.name, beat.on, beat.time) == ("beat", "output", 2.0123)
     assert (pose.name, pose.on) == ("", "input")
+
+
+def test_the_stage_and_the_timeline_show_what_is_looked_at(rooms):  # noqa: F811
+    folder = Path(rooms["folder"])
+    retime.write(retime.sample(), folder / "sample.bvh")
+    retime.write(retime.sample().frames(60, 400), folder / "other.bvh")
+    (folder / "skinned.glb").write_bytes(skinned_scene(4, 60).glb())
+    found = drive("seeing.mjs", 300, clip=str(folder / "sample.bvh"), other="other.bvh", mesh="skinned.glb", **rooms)
+    assert int(str(found["map"])) >= 240

@@ -251,6 +251,7 @@ export class App {
   private renewed(): void {
     const { store } = this;
     this.veil.cover("Opening…");
+    this.notices.clear();
     store.select(null);
     store.point(null);
     this.player.rewind();

@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 9;
+export const VERSION = 10;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
@@ -410,6 +410,13 @@ export interface Clip {
   readonly contacts: Float64Array;
   readonly counterparts: readonly string[];
   readonly camera: Float32Array;
+  readonly skin_points: Float32Array;
+  readonly skin_triangles: Int32Array;
+  readonly skin_bones: Float32Array;
+  readonly skin_joints: Int32Array;
+  readonly skin_follows: Int32Array;
+  readonly skin_weights: Float32Array;
+  readonly turns: Float32Array;
 }
 
 /** The warp of a revision, and the ones that an animator has today. */

@@ -1,10 +1,10 @@
 /** What the page shows: one place that holds it, and says what changed. */
 
-import { throughKeys } from "./document";
+import { findKey, throughKeys } from "./document";
 import { type Flight, flightsOf } from "./flights";
 import { type Beside, NOTHING_BESIDE } from "./media/beside";
 import type { Clip, Curve, Document, Problem, Progress, State, Why } from "./messages";
-import { type PlaybackState, STILL } from "./playback";
+import { type PlaybackState, STILL, seek } from "./playback";
 import { PLAIN_VIEW, recallView, rememberView, type ViewSettings } from "./view_settings";
 import { inputAt, type Knots } from "./warp";
 import type { Match } from "./why";
@@ -31,6 +31,16 @@ export type Selection =
   | { readonly kind: "end" }
   | null;
 
+/** A moment that is looked at. */
+export interface Looked {
+  readonly by: "key" | "pointer" | "playhead";
+  readonly outputTime: number;
+  /** What the input's side shows. */
+  readonly inputTime: number;
+  /** What the output shows, where that is not for the curve to say. */
+  readonly shown: number | null;
+}
+
 /** All that the page shows. Its values are never changed in place: the store's setters replace them. */
 interface Shown {
   readonly document: Document | null;
@@ -56,6 +66,8 @@ interface Shown {
   readonly dragging: boolean;
   /** What was found of the video or sound beside the stage, and of beats. */
   readonly beside: Beside;
+  /** The keytime that is dragged. */
+  readonly draggedKey: string | null;
 }
 
 const NOTHING: Shown = {
@@ -76,6 +88,7 @@ const NOTHING: Shown = {
   view: PLAIN_VIEW,
   dragging: false,
   beside: NOTHING_BESIDE,
+  draggedKey: null,
 };
 
 const NO_FLIGHTS: readonly Flight[] = [];
@@ -166,6 +179,10 @@ export class Store {
     return this.shown.view;
   }
 
+  get draggedKey(): Shown["draggedKey"] {
+    return this.shown.draggedKey;
+  }
+
   get dragging(): Shown["dragging"] {
     return this.shown.dragging;
   }
@@ -238,8 +255,25 @@ export class Store {
 
   /** The output time that the stage shows: the frame under the pointer, while nothing plays and nothing is dragged. */
   get lookedAt(): number {
-    const skims = this.hover !== null && this.playback.rate === 0 && !this.dragging;
-    return skims ? (this.hover as number) : this.playback.outputTime;
+    return this.looked.outputTime;
+  }
+
+  /**
+   * What both sides of the stage show: while a keytime is dragged, its pose; else the frame under the pointer, while
+   * nothing plays and nothing is dragged; else what the playhead says.
+   */
+  get looked(): Looked {
+    const { playback, hover, knots, document, draggedKey } = this;
+    const key = document && draggedKey !== null ? findKey(document, draggedKey) : null;
+    if (key) {
+      const { output_time, input_time } = key;
+      return { by: "key", outputTime: output_time, inputTime: input_time, shown: input_time };
+    }
+    if (hover !== null && knots && playback.rate === 0 && !this.dragging) {
+      const { outputTime, inputTime } = seek({ ...playback, clock: "output" }, knots, this.inputEnd, hover);
+      return { by: "pointer", outputTime, inputTime, shown: null };
+    }
+    return { by: "playhead", outputTime: playback.outputTime, inputTime: playback.inputTime, shown: null };
   }
 
   /** The input time that the output shows at a time. */
@@ -260,7 +294,14 @@ export class Store {
 
   /** Show a curve; what could not be done before can be done now. */
   setCurve(curve: Curve): void {
-    this.set({ curve, problem: null, progress: null }, "curve", "status");
+    // Where nothing was searched nothing is explained: what was said of the last curve is not of this one.
+    const why = curve.total === null ? null : this.shown.why;
+    this.set(
+      { curve, problem: null, progress: null, why },
+      "curve",
+      "status",
+      ...(why === this.shown.why ? [] : (["why"] as const)),
+    );
   }
 
   /** Show what is wrong with the document; the last curve stays. */
@@ -340,12 +381,12 @@ export class Store {
   }
 
   /** A drag begins, or goes on: views stand still until it ends. */
-  beginDrag(): void {
-    if (!this.shown.dragging) this.set({ dragging: true });
+  beginDrag(draggedKey: string | null = null): void {
+    if (!this.shown.dragging) this.set({ dragging: true, draggedKey });
   }
 
   endDrag(): void {
-    this.set({ dragging: false }, "view");
+    this.set({ dragging: false, draggedKey: null }, "view");
   }
 
   // What changes outside the store, and has to be drawn.

@@ -15,6 +15,10 @@ export interface ViewSettings {
   readonly ground: boolean;
   readonly trails: boolean;
   readonly onion: boolean;
+  /** The character's own mesh is shown, where its file has one. */
+  readonly mesh: boolean;
+  /** The pose that the frame was matched with is laid over the output's at the playhead too, not only under the pointer. */
+  readonly ghost: boolean;
   readonly snap: boolean;
   /** What follows a keytime that is moved is moved along. */
   readonly ripple: boolean;
@@ -39,6 +43,8 @@ export const PLAIN_VIEW: ViewSettings = {
   ground: true,
   trails: false,
   onion: false,
+  ghost: false,
+  mesh: true,
   snap: true,
   ripple: false,
   snapBeats: true,
@@ -64,6 +70,9 @@ export function recallView(): ViewSettings {
 
 /** Remember how it is looked at; what belongs to one document alone is not for the next. */
 export function rememberView(view: ViewSettings): void {
-  const { layout, follow, ground, trails, onion, snap, snapBeats, heard, units } = view;
-  remember(STORED, JSON.stringify({ layout, follow, ground, trails, onion, snap, snapBeats, heard, units }));
+  const { layout, follow, ground, trails, onion, ghost, mesh, snap, snapBeats, heard, units } = view;
+  remember(
+    STORED,
+    JSON.stringify({ layout, follow, ground, trails, onion, ghost, mesh, snap, snapBeats, heard, units }),
+  );
 }

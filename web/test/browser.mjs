@@ -74,6 +74,8 @@ try {
   const box = await editor.canvas.boundingBox();
   await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.75 * box.height, { steps: 3 });
   await page.locator(".caption[data-is=reference]").waitFor();
+  await editor.openWhy();
+  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.75 * box.height, { steps: 3 });
   const why = await page.getByLabel("Why", { exact: true }).innerText();
   assert.match(why, /Score\s+[\d.e+]+, /);
   assert.match(why, /Matched\s+\S+ at [\d.]+/);

@@ -27,6 +27,13 @@ export function clipOf(change: Partial<Clip>): Clip {
     flights: new Float64Array(),
     feet: [],
     contacts: new Float64Array(),
+    skin_points: new Float32Array(),
+    skin_triangles: new Int32Array(),
+    skin_bones: new Float32Array(),
+    skin_joints: new Int32Array(),
+    skin_follows: new Int32Array(),
+    skin_weights: new Float32Array(),
+    turns: new Float32Array(),
     ...change,
   };
 }

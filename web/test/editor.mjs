@@ -165,6 +165,12 @@ export class Editor {
     await this.frames(3);
   }
 
+  /** Open Why, where it is folded away: on a low screen it is at first. */
+  async openWhy() {
+    const fold = this.page.getByLabel("Why", { exact: true }).getByRole("button", { name: /^Why/ });
+    if ((await fold.getAttribute("aria-expanded")) === "false") await fold.click();
+  }
+
   /** Let a few frames pass. */
   async frames(count) {
     await this.page.evaluate(

@@ -94,6 +94,7 @@ try {
   await page.getByRole("button", { name: /^Flight 2: not in the air from input .*, said by hand$/ }).waitFor();
   const box = await editor.canvas.boundingBox();
   const denied = await editor.centre(flights.and(page.locator(".denied")));
+  await editor.openWhy();
   await page.mouse.move(denied.x, box.y + 60);
   const why = page.getByLabel("Why", { exact: true });
   await why.getByText(/^not in the air from input/).waitFor();

@@ -6,9 +6,12 @@ import {
   inputView,
   inputY,
   layoutOf,
+  levelSpeed,
   outputTimeAt,
   outputX,
+  referenceView,
   speedAtY,
+  speedLevel,
   speedView,
   speedY,
 } from "../src/timeline/layout";
@@ -99,14 +102,19 @@ describe("scales", () => {
 
 describe("the timeline's layout", () => {
   const layout = layoutOf(1000, 320);
-  const scales = { output: { from: 0, to: 8 }, input: inputView(0, 12, 12), speed: speedView([0.1, 1, 5]) };
+  const scales = {
+    output: { from: 0, to: 8 },
+    input: inputView(0, 12, 12),
+    speed: speedView([0.1, 1, 5]),
+    share: { from: 0, to: 1 },
+  };
 
   it("has room for everything, one below the other", () => {
-    const boxes = [layout.ruler, layout.map, layout.speed, layout.heat, layout.reference];
+    const boxes = [layout.ruler, layout.map, layout.speed, layout.heat, layout.reference, layout.foot];
     boxes
       .slice(1)
       .forEach((box, i) => expect(box.y).toBeGreaterThanOrEqual((boxes[i]?.y ?? 0) + (boxes[i]?.height ?? 0)));
-    expect(layout.reference.y + layout.reference.height).toBeLessThanOrEqual(320);
+    expect(layout.foot.y + layout.foot.height).toBeLessThanOrEqual(320);
   });
 
   it("finds back what it draws", () => {
@@ -115,14 +123,39 @@ describe("the timeline's layout", () => {
     expect(speedAtY(layout, scales, speedY(layout, scales, 2.5))).toBeCloseTo(2.5);
   });
 
-  it("draws holds and reversals along the lower edge", () => {
-    const bottom = layout.speed.y + layout.speed.height;
-    expect(speedY(layout, scales, 0)).toBe(bottom);
-    expect(speedY(layout, scales, -1)).toBe(bottom);
+  it("has a place for holds and for what plays backward, one below the other", () => {
+    const wide = { ...scales, speed: speedView([-2, 0, 5]) };
+    const levels = [8, 4, 1, 0.5, 0.1, 0.01, 0, -0.01, -1, -2].map((speed) => speedY(layout, wide, speed));
+    levels.slice(1).forEach((y, i) => expect(y).toBeGreaterThan(levels[i] as number));
+    for (const speed of [5, 1, 0.2, 0, -0.5, -2])
+      expect(speedAtY(layout, wide, speedY(layout, wide, speed))).toBeCloseTo(speed, 9);
+    expect(levels.at(-1)).toBeLessThan(layout.speed.y + layout.speed.height);
   });
 
-  it("shows as much speed as there is, up to sixteen times", () => {
-    expect(speedView([1, 1])).toEqual({ from: -1.25, to: Math.log2(3) + 0.25 });
-    expect(speedView([1, 1000, 0, -1, 1 / 8])).toEqual({ from: -3.25, to: 4.25 });
+  it("is a scale of octaves where it matters", () => {
+    expect(speedLevel(1)).toBeCloseTo(0, 12);
+    for (const octave of [-2, -1, 1, 2, 3]) expect(speedLevel(2 ** octave)).toBeCloseTo(octave, 1);
+    for (const speed of [-3, 0, 0.3, 7]) expect(levelSpeed(speedLevel(speed))).toBeCloseTo(speed, 12);
+  });
+
+  it("shows whole octaves, as much speed as there is, up to sixteen times", () => {
+    expect(speedView([1, 1])).toEqual({ from: -1.25, to: 2.25 });
+    expect(speedView([1, 1000]).to).toBe(4.25);
+    expect(speedView([0, 1]).from).toBeLessThanOrEqual(speedLevel(0) - 0.2);
+    expect(speedView([-1000, 1]).from).toBeLessThanOrEqual(speedLevel(-16));
+  });
+
+  it("does not jump: what was in view stays so", () => {
+    const before = speedView([0.1, 5]);
+    expect(speedView([1, 1], before)).toEqual(before);
+    expect(speedView([0.1, 15], before)).toEqual({ from: before.from, to: 4.25 });
+  });
+
+  it("gives the map 240 pixels of the 432 that the timeline has at 720p", () => {
+    expect(layoutOf(980, 432, { hasFeet: true }).map.height).toBeGreaterThanOrEqual(240);
+  });
+
+  it("shows as large a share of the reference as of the output", () => {
+    expect(referenceView({ ...scales, share: { from: 0.25, to: 0.5 } }, 8)).toEqual({ from: 2, to: 4 });
   });
 });

@@ -6,17 +6,20 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 from retime.brief import brief_repr
-from retime.errors import RetimeWarning
+from retime.errors import FormatError, RetimeWarning
 from retime.formats.joint_map import read_joint_map
-from retime.formats.registry import read
+from retime.formats.read_options import ReadOptions
+from retime.formats.registry import read, skin_of
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import parse_channels
 from retime.motion.grammar import parse_frame_range, parse_time
 from retime.motion.group_clock import hint_at_clocks, on_clock_by_times, on_clock_of
 from retime.motion.kinematics import seems_z_up
 from retime.motion.motion import Motion
+from retime.motion.skin import Skin
 from retime.project.document import ClipFile, CounterpartFile, Document, ReferenceFile
 from retime.project.faults import Fault, blaming
 from retime.search.poses.references import Reference
@@ -41,6 +44,8 @@ class Sources:
     stretches : tuple of (int, int)
         For each clip how many frames of its file come before those used, and how many the file has; left out, all of
         each file is used.
+    skins : tuple of Skin or None
+        For each clip the character's own mesh, where its file has one; left out, none has.
     """
 
     clips: tuple[AnyMotion, ...]
@@ -48,6 +53,7 @@ class Sources:
     wholes: tuple[AnyMotion, ...]
     moved: tuple[bool, ...] = ()
     stretches: tuple[tuple[int, int], ...] = ()
+    skins: tuple[Skin | None, ...] = ()
 
     __repr__ = brief_repr
 
@@ -112,6 +118,8 @@ class Reader:
         self._references: dict[tuple[ReferenceFile, tuple[int, ...]], tuple[tuple[AnyMotion, ...], Reference]] = {}
         # Of each further clip: the clip, the first one, the offset, and what came of them.
         self._placed: dict[int, tuple[AnyMotion, AnyMotion, str | None, AnyMotion]] = {}
+        # Of each clip as it was read, for as long as that is kept.
+        self._skins: WeakKeyDictionary[AnyMotion, Skin | None] = WeakKeyDictionary()
         self._sources: Sources | None = None
 
     def read(self, document: Document) -> Sources:
@@ -144,6 +152,7 @@ class Reader:
             tuple(clips[0] if file.path is None else self._stretch(file, None, None) for file in document.references),
             tuple(placed is not clip for placed, clip in zip(clips, cut, strict=True)),
             tuple(self._place(file, clip) for file, clip in zip(document.clips, cut, strict=True)),
+            tuple(self._skin(file, clip) for file, clip in zip(document.clips, cut, strict=True)),
         )
         if self._sources is None or not _same(self._sources, found):
             self._sources = found
@@ -167,6 +176,21 @@ class Reader:
         """Say how many frames of a clip's file come before those used, and how many there are."""
         whole = self._stretch(file, None, None)
         return part.first_frame - whole.first_frame, whole.n_frames
+
+    def _skin(self, file: ClipFile, clip: AnyMotion) -> Skin | None:
+        """Read a clip's own mesh, or remember it; where it can't be read say so, once, and show the bare joints."""
+        whole = self._stretch(file, None, None)
+        if whole not in self._skins:
+            found = None
+            if isinstance(clip, Motion):
+                try:
+                    found = skin_of(self._find(file.path), ReadOptions())
+                except FormatError as error:
+                    warnings.warn(f"{clip.name}: its mesh is not shown: {error}", RetimeWarning, 2)
+                if found is not None and found.joints.max(initial=0) >= clip.skeleton.n_joints:
+                    found = None
+            self._skins[whole] = found
+        return self._skins[whole]
 
     def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:
         """Read a file, or remember it, and cut out the frames used."""

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from retime.errors import OptionError
 from retime.evaluate.metrics.flights import flight_spans
 from retime.motion.any_motion import AnyMotion
-from retime.motion.body import body_of
+from retime.motion.body import body_joints, body_of
 from retime.motion.cameras import camera_path
 from retime.motion.contacts import contacts
 from retime.motion.joint_names import match_joints
 from retime.motion.kinematics import global_poses, metres_per_unit
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal
+from retime.motion.skin import Skin
 from retime.project.reader import Sources
 from retime.project.solve import Solution, ghosts
 from retime.search.poses.references import Reference
@@ -29,8 +31,9 @@ def clip_messages(sources: Sources, before: Sources | None = None) -> list[Clip]
     # Each message says how many clips there are, so a change of that number sends all of them again.
     clips = before.clips if before is not None and len(before.clips) == len(sources.clips) else ()
     unit = unit_of_signals(sources.clips)
+    skins = sources.skins or (None,) * len(sources.clips)
     found = [
-        _clip("clip", i, len(sources.clips), clip, _stretch_of(sources, i), (), unit)
+        _clip("clip", i, len(sources.clips), clip, _stretch_of(sources, i), (), unit, skins[i])
         for i, clip in enumerate(sources.clips)
         if not clips or clip is not clips[i]
     ]
@@ -83,6 +86,7 @@ def _clip(
     stretch: tuple[int, int],
     counterparts: tuple[str, ...],
     unit: float,
+    skin: Skin | None = None,
 ) -> Clip:
     # Of a figure its body is shown: nodes above it, and what else hangs on those, are no part of it.
     shown = body_of(clip) if isinstance(clip, Motion) else clip
@@ -120,7 +124,33 @@ def _clip(
         contacts=np.array(stands, dtype=np.float64).reshape(-1, 3),
         counterparts=counterparts,
         camera=np.zeros((0, 8), np.float32) if camera is None else camera.astype(np.float32),
+        **_skin(clip, skin),
     )
+
+
+def _skin(clip: AnyMotion, skin: Skin | None) -> dict[str, Any]:
+    """Return what draws a clip's own mesh, in metres; empty arrays where there is none."""
+    shown = body_of(clip) if isinstance(clip, Motion) else None
+    held = skin.kept(body_joints(clip)) if skin is not None and isinstance(clip, Motion) else None
+    if shown is None or held is None:
+        return {
+            "skin_points": np.zeros((0, 3), dtype=np.float32),
+            "skin_triangles": np.zeros((0, 3), dtype=np.int32),
+            "skin_bones": np.zeros((0, 3, 4), dtype=np.float32),
+            "skin_joints": np.zeros(0, dtype=np.int32),
+            "skin_follows": np.zeros((0, 4), dtype=np.int32),
+            "skin_weights": np.zeros((0, 4), dtype=np.float32),
+            "turns": np.zeros((0, 0, 4), dtype=np.float32),
+        }
+    return {
+        "skin_points": held.points.astype(np.float32),
+        "skin_triangles": held.triangles,
+        "skin_bones": (held.bones * metres_per_unit(shown)).astype(np.float32),
+        "skin_joints": held.joints,
+        "skin_follows": held.follows,
+        "skin_weights": held.weights.astype(np.float32),
+        "turns": global_poses(shown).rotations.astype(np.float32),
+    }
 
 
 def _contacts(clip: Motion) -> tuple[tuple[str, ...], list[tuple[float, float, float]]]:

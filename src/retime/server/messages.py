@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 9
+VERSION = 10
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -487,6 +487,20 @@ class Clip:
     camera : float32 array, shape (n_frames, 8)
         Of a clip that is a camera: where it is (metres), how it is turned (wxyz; it looks along its own -Z), and what
         it sees from the lower edge to the upper (degrees). Of others empty.
+    skin_points : float32 array, shape (n_points, 3)
+        The corners of the character's own mesh, in its own space; empty where the file has none.
+    skin_triangles : int32 array, shape (n_triangles, 3)
+        Three corners each.
+    skin_bones : float32 array, shape (n_bones, 3, 4)
+        From the mesh's space to that of a joint, metres.
+    skin_joints : int32 array, shape (n_bones,)
+        The joint of each, among the nodes.
+    skin_follows : int32 array, shape (n_points, 4)
+        Which bones a corner follows.
+    skin_weights : float32 array, shape (n_points, 4)
+        How much.
+    turns : float32 array, shape (n_frames, n_joints, 4)
+        Global turns of the joints, quaternions w, x, y, z; empty where there is no mesh.
     """
 
     what: Literal["clip", "reference"]
@@ -510,6 +524,13 @@ class Clip:
     contacts: Float64s
     counterparts: tuple[str, ...]
     camera: Float32s
+    skin_points: Float32s
+    skin_triangles: Int32s
+    skin_bones: Float32s
+    skin_joints: Int32s
+    skin_follows: Int32s
+    skin_weights: Float32s
+    turns: Float32s
 
     __repr__ = brief_repr
 

@@ -2,13 +2,14 @@
 
 import { make, setAttribute, setText } from "../dom";
 import { cameraOf } from "../stage/cameras";
-import type { Store, Topic } from "../store";
+import { hasSkin } from "../stage/skinned";
+import type { Looked, Store, Topic } from "../store";
 import { said } from "../units";
 import type { ViewSettings } from "../view_settings";
 import { nearestMatch } from "../why";
 import { ChannelList } from "./channels";
 
-type Switch = "follow" | "ground" | "trails" | "onion" | "through";
+type Switch = "follow" | "ground" | "trails" | "onion" | "ghost" | "mesh" | "through";
 
 export class StageBar {
   readonly root: HTMLElement;
@@ -46,7 +47,13 @@ export class StageBar {
       follow: make_switch("follow", "Follow", "The camera goes with the figure"),
       ground: make_switch("ground", "Ground", "Grid and shadow"),
       trails: make_switch("trails", "Trails", "Where hands, feet and head go: a dot each thirtieth of a second (T)"),
-      onion: make_switch("onion", "Onion skins", "Poses at even output times (O)"),
+      onion: make_switch(
+        "onion",
+        "Onion skins",
+        "Bodies at even output times: before in one tint, after in another (O)",
+      ),
+      mesh: make_switch("mesh", "Mesh", "The character's own mesh, or its bare joints"),
+      ghost: make_switch("ghost", "Match", "The pose that the frame was matched with, over the output's (G)"),
       through: make_switch("through", "Through camera", "See both sides through the group's camera"),
     };
     const reset = make("button", { type: "button", class: "button", title: "Look from where it began" }, "Reset view");
@@ -66,6 +73,8 @@ export class StageBar {
         this.switches.ground,
         this.switches.trails,
         this.switches.onion,
+        this.switches.ghost,
+        this.switches.mesh,
         reset,
       ),
     );
@@ -77,22 +86,23 @@ export class StageBar {
       !["view", "playhead", "hover", "why", "curve", "clips", "document"].some((topic) => changed.has(topic as Topic))
     )
       return;
-    const { view, playback, why, hover, references } = this.store;
+    const { view, why, references } = this.store;
+    const { by, outputTime: looked, inputTime } = this.store.looked;
     for (const name of ["side", "over"] as const)
       setAttribute(this.layouts[name], "aria-pressed", String(view.layout === name));
-    for (const name of ["follow", "ground", "trails", "onion", "through"] as const) {
+    for (const name of ["follow", "ground", "trails", "onion", "ghost", "mesh", "through"] as const) {
       setAttribute(this.switches[name], "aria-pressed", String(view[name]));
     }
+    this.switches.mesh.hidden = !this.store.clips.some(hasSkin);
     this.switches.through.hidden = cameraOf(this.store.clips, view.clip) === null;
     this.channels.update();
     const side = view.layout === "side";
     this.divider.hidden = !side;
     const isInput = view.companion === "input";
-    const otherTime = said(this.store, isInput ? playback.inputTime : playback.outputTime);
+    const otherTime = `${said(this.store, isInput ? inputTime : looked)}${WHERE[by]}`;
     this.left.dataset.is = isInput ? "input" : "other";
     fill(this.left, view.showB ? "This warp" : this.store.companionName, otherTime);
-    const looked = this.store.lookedAt;
-    const where = looked === playback.outputTime ? "" : " (under the pointer)";
+    const where = WHERE[by];
     fill(
       this.right,
       view.showB ? `Output, ${this.store.companionName}` : "Output",
@@ -103,7 +113,7 @@ export class StageBar {
     if (!side) {
       this.right.style.left = `${this.left.offsetLeft + this.left.offsetWidth + 6}px`;
     }
-    const match = why && hover !== null && !this.store.dragging ? nearestMatch(why, looked) : null;
+    const match = why && (view.ghost || by === "pointer") && !this.store.dragging ? nearestMatch(why, looked) : null;
     this.match.hidden = match === null;
     if (match) {
       const name = match.source < 0 ? "itself" : (references[match.source]?.name ?? match.name);
@@ -112,6 +122,9 @@ export class StageBar {
     }
   }
 }
+
+/** Why the stage shows another moment than the playhead's. */
+const WHERE: Record<Looked["by"], string> = { key: " (the keytime)", pointer: " (under the pointer)", playhead: "" };
 
 function caption(is: string): HTMLElement {
   return make("div", { class: "caption", "data-is": is }, make("b"), " ", make("span"));

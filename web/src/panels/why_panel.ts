@@ -1,16 +1,22 @@
 /** Why: the frame under the pointer, or at the playhead. */
 
-import { make, setText } from "../dom";
+import { make, setAttribute, setText } from "../dom";
 import { flightText, standing } from "../flights";
+import { recall, remember } from "../memory";
 import { isWithin } from "../propagation";
 import type { Store, Topic } from "../store";
 import { fieldTime, said, unitsOf } from "../units";
 import { at, inputAt, speedAt } from "../warp";
 import { bindingWords, type Match, matchesAt, rank, rankedScores, rowAt } from "../why";
 
+const STORED = "retime.why";
+/** Pixels of the page's height from which it is open at first. */
+const HIGH = 800;
+
 export class WhyPanel {
   readonly root: HTMLElement;
-  private readonly title = make("h2", {}, "Why");
+  private readonly title = make("button", { type: "button", class: "fold" }, "Why");
+  private readonly facts: HTMLElement;
   private readonly shows = make("dd");
   private readonly score = make("dd");
   private readonly bar = make("span", { class: "scorebar", "aria-hidden": true });
@@ -32,23 +38,39 @@ export class WhyPanel {
     this.feetRow = row("Feet", this.feet);
     this.spokenRow = row("Example", this.spoken);
     this.givenUpRow = row("Not quite kept", this.givenUp);
+    this.facts = make(
+      "dl",
+      { class: "facts" },
+      ...row("Shows", this.shows),
+      ...row("Score", this.score),
+      ...row("Matched", this.matched),
+      ...row("Bound by", this.bound),
+      ...this.feetRow,
+      ...this.spokenRow,
+      ...this.givenUpRow,
+      ...row("Search", this.solved),
+    );
     this.root = make(
       "section",
       { class: "why", "aria-label": "Why" },
-      make("header", {}, this.title),
-      make(
-        "dl",
-        { class: "facts" },
-        ...row("Shows", this.shows),
-        ...row("Score", this.score),
-        ...row("Matched", this.matched),
-        ...row("Bound by", this.bound),
-        ...this.feetRow,
-        ...this.spokenRow,
-        ...this.givenUpRow,
-        ...row("Search", this.solved),
-      ),
+      make("header", {}, make("h2", {}, this.title)),
+      this.facts,
     );
+    this.title.addEventListener("click", () => {
+      const open = this.root.dataset.folded === "yes";
+      remember(STORED, open ? "open" : "folded");
+      this.show(open);
+    });
+    // Where the screen is low the sections above need the room, until a person says otherwise.
+    const chosen = recall(STORED);
+    this.show(chosen === null ? innerHeight >= HIGH : chosen === "open");
+  }
+
+  /** Fold it away, or open it again. */
+  private show(open: boolean): void {
+    setAttribute(this.title, "aria-expanded", String(open));
+    this.facts.hidden = !open;
+    this.root.dataset.folded = open ? "no" : "yes";
   }
 
   update(changed: Set<Topic>): void {

@@ -125,6 +125,7 @@ export function shortcutTable(
     },
     { keys: ["T"], does: "Trails", action: () => store.look({ trails: !store.view.trails }) },
     { keys: ["O"], does: "Onion skins", action: () => store.look({ onion: !store.view.onion }) },
+    { keys: ["G"], does: "The matched pose", action: () => store.look({ ghost: !store.view.ghost }) },
     { keys: ["+", "="], does: "Zoom in", action: () => timeline.zoomBy(0.7) },
     { keys: ["-"], does: "Zoom out", action: () => timeline.zoomBy(1 / 0.7) },
     { keys: ["U"], does: "Seconds, frames, timecode", action: () => store.look({ units: nextUnits(store) }) },

@@ -11,6 +11,11 @@ const SHOWN = 6000;
 export class Notices {
   readonly root = make("div", { class: "notices", "aria-live": "polite" });
 
+  /** What they spoke of is gone. */
+  clear(): void {
+    this.root.replaceChildren();
+  }
+
   say(kind: NoticeKind, text: string): void {
     const close = make("button", { type: "button", class: "button bare", "aria-label": "Close" }, "✕");
     const role = kind === "info" ? "status" : "alert";

@@ -23,23 +23,32 @@ export function showAround(cast: Cast, knots: Knots, outputTime: number, rate: n
     cast.trails.show(times, nearness);
   }
   if (shown.onion) {
-    const { times, nearness } = around(knots, outputTime, ONION_STEP);
-    cast.onion.show(
-      times,
-      nearness.map((near) => 0.75 * near),
-    );
+    const { times, nearness, outputs } = around(knots, outputTime, ONION_STEP);
+    const skins = times.map((time, i) => ({
+      time,
+      near: nearness[i] as number,
+      isLater: (outputs[i] as number) > outputTime,
+    }));
+    // The one at the playhead is the figure itself.
+    cast.onion.show(skins.filter((_, i) => Math.abs((outputs[i] as number) - outputTime) > ONION_STEP / 4));
   }
 }
 
 /** Input times shown at whole multiples of a step, and how near those are: from 0 to 0.9. */
-function around(knots: Knots, outputTime: number, step: number): { times: number[]; nearness: number[] } {
+function around(
+  knots: Knots,
+  outputTime: number,
+  step: number,
+): { times: number[]; nearness: number[]; outputs: number[] } {
   const low = Math.max(outputStart(knots), outputTime - AROUND);
   const high = Math.min(outputEnd(knots), outputTime + AROUND);
   const times: number[] = [];
   const nearness: number[] = [];
+  const outputs: number[] = [];
   for (let i = Math.ceil(low / step - 1e-6); i <= Math.floor(high / step + 1e-6); i++) {
+    outputs.push(i * step);
     times.push(inputAt(knots, i * step));
     nearness.push(0.9 * (1 - Math.abs(i * step - outputTime) / AROUND) ** 0.7 || 0);
   }
-  return { times, nearness };
+  return { times, nearness, outputs };
 }

@@ -30,9 +30,9 @@ export class StageCamera {
     const way = rootAt(first, first.clip.n_frames - 1).sub(rootAt(first, 0));
     // Who walks away is seen from the side, and a little from ahead.
     const angle = way.length() > first.height ? Math.atan2(way.x, way.z) + 62 * DEGREES : 35 * DEGREES;
-    const size = follow ? first.height : Math.max(first.height, 0.42 * across);
+    const size = follow ? first.reach : Math.max(first.reach, 0.42 * across);
     const target = follow ? new THREE.Vector3(0, 0, 0) : new THREE.Vector3(centre.x, 0, centre.z);
-    target.y = first.level + 0.5 * first.height;
+    target.y = first.level + 0.5 * first.reach;
     this.controls.target.copy(target);
     const distance = 2.5 * size;
     this.camera.position.set(

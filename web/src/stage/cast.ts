@@ -7,15 +7,31 @@ import { at } from "../warp";
 import { groundMove, groundOf, heightOf, mirrored, moved, pairsOf, poseAt, trailNodes } from "./align";
 import { Figure } from "./figure";
 import { Shadow } from "./ground";
-import { OnionSkins, Trails } from "./trails";
+import { OnionSkins } from "./onion";
+import { hasSkin, SkinnedBody, SkinShape, topOf } from "./skinned";
+import { Trails } from "./trails";
 
 /** Layers: 0 is seen everywhere, these only in their half of a stage side by side. */
 export const COMPANION = 1;
 export const OUTPUT = 2;
 
+/** A figure seen at a slant is as long as this share of what it is along the ground. */
+const LONG = 0.75;
+
+/** How long a pose is along the ground. */
+function lengthOf(pose: Float32Array): number {
+  const along = (axis: number): number => {
+    const values = pose.filter((_, i) => i % 3 === axis);
+    return values.length > 0 ? values.reduce((a, b) => Math.max(a, b)) - values.reduce((a, b) => Math.min(a, b)) : 0;
+  };
+  return Math.max(along(0), along(2));
+}
+
 export class Cast {
   readonly height: number;
   readonly level: number;
+  /** What a camera has to have in view: as tall as the figure, or as its mesh. */
+  readonly reach: number;
   readonly output: Figure;
   readonly companion: Figure;
   readonly trails: Trails;
@@ -23,6 +39,8 @@ export class Cast {
   private readonly shadows: readonly [Shadow, Shadow];
   private readonly outputPose: Float32Array;
   private readonly companionPose: Float32Array;
+  /** The character's own mesh on both sides; null where its file has none. */
+  private readonly skin: { shape: SkinShape; output: SkinnedBody; companion: SkinnedBody } | null = null;
   private ghost: { figure: Figure; clip: Clip; pose: Float32Array } | null = null;
 
   constructor(
@@ -34,12 +52,22 @@ export class Cast {
   ) {
     this.height = heightOf(clip);
     this.level = groundOf(clip);
+    const first = poseAt(clip, 0, new Float32Array(3 * clip.n_nodes));
+    const top = hasSkin(clip) ? topOf(clip, first, 0) - this.level : 0;
+    // Who stands on four legs is longer than tall.
+    this.reach = Math.max(this.height, top, LONG * lengthOf(first));
     this.output = new Figure(clip, this.height, { color: own ?? palette["figure-output"], opacity: 1 });
     this.companion = new Figure(clip, this.height, { color: palette["figure-input"], opacity: 1 });
+    if (hasSkin(clip)) {
+      const shape = new SkinShape(clip);
+      const output = new SkinnedBody(shape, own ?? palette["figure-output"]);
+      this.skin = { shape, output, companion: new SkinnedBody(shape, palette["figure-input"]) };
+    }
     this.paintCompanion(palette["figure-input"]);
     const color = new THREE.Color(own ?? palette.output);
     this.trails = new Trails(clip, trailNodes(clip), this.height, color);
-    this.onion = new OnionSkins(clip, color);
+    const tint = (name: "lock" | "playhead" | "surface"): THREE.Color => new THREE.Color(palette[name]);
+    this.onion = new OnionSkins(clip, this.height, tint("lock"), tint("playhead"), tint("surface"));
     this.shadows = [new Shadow(this.height, this.level), new Shadow(this.height, this.level)];
     this.outputPose = new Float32Array(3 * clip.n_nodes);
     this.companionPose = new Float32Array(3 * clip.n_nodes);
@@ -51,6 +79,7 @@ export class Cast {
       [this.shadows[0].object, COMPANION],
       [this.shadows[1].object, OUTPUT],
     ];
+    if (this.skin) layers.push([this.skin.output.object, OUTPUT], [this.skin.companion.object, COMPANION]);
     for (const [object, layer] of layers) {
       object.traverse((part) => part.layers.set(layer));
       scene.add(object);
@@ -62,13 +91,27 @@ export class Cast {
     const mixed = new THREE.Color(color);
     if (this.own) mixed.lerp(new THREE.Color(this.own), 0.5);
     this.companion.paint(`#${mixed.getHexString()}`);
+    this.skin?.companion.paint(`#${mixed.getHexString()}`);
   }
 
   pose(outputInput: number, companionInput: number): void {
     this.output.pose(poseAt(this.clip, outputInput, this.outputPose));
     this.companion.pose(poseAt(this.clip, companionInput, this.companionPose));
+    this.skin?.output.pose(this.outputPose, outputInput);
+    this.skin?.companion.pose(this.companionPose, companionInput);
     this.shadows[0].under(at(this.companionPose, 0), at(this.companionPose, 2));
     this.shadows[1].under(at(this.outputPose, 0), at(this.outputPose, 2));
+  }
+
+  /** Show the character's own mesh, or its bare joints. */
+  showSkin(shown: boolean): void {
+    const { skin } = this;
+    const isSkin = shown && skin !== null;
+    this.output.object.visible = !isSkin;
+    this.companion.object.visible = !isSkin;
+    if (!skin) return;
+    skin.output.object.visible = isSkin;
+    skin.companion.object.visible = isSkin;
   }
 
   showShadows(shown: boolean): void {
@@ -107,6 +150,7 @@ export class Cast {
   dispose(): void {
     for (const part of [this.output, this.companion, this.trails, ...this.shadows]) part.dispose();
     this.onion.dispose();
+    if (this.skin) for (const part of [this.skin.output, this.skin.companion, this.skin.shape]) part.dispose();
     this.ghost?.figure.dispose();
   }
 }

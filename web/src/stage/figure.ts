@@ -12,6 +12,18 @@ export interface Look {
   opacity: number;
 }
 
+/** Parent and child of each bone. */
+export function linksOf(clip: Clip): readonly (readonly [number, number])[] {
+  return clip.parents.flatMap((parent, node) => (parent >= 0 ? [[parent, node] as const] : []));
+}
+
+/** A bone of length and thickness 1, upward from its joint, thinner toward its end. */
+export function boneGeometry(): THREE.CylinderGeometry {
+  const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, false);
+  bone.translate(0, 0.5, 0);
+  return bone;
+}
+
 export class Figure {
   readonly object = new THREE.Group();
   private readonly bones: THREE.InstancedMesh;
@@ -33,7 +45,7 @@ export class Figure {
     look: Look,
     thickness = 1,
   ) {
-    this.links = clip.parents.flatMap((parent, node) => (parent >= 0 ? [[parent, node] as const] : []));
+    this.links = linksOf(clip);
     this.radius = 0.021 * height * thickness;
     this.radii = new Float64Array(clip.n_nodes);
     for (const [parent, node] of this.links) {
@@ -50,9 +62,7 @@ export class Figure {
       opacity: look.opacity,
     });
     if (look.opacity < 1) this.material.depthWrite = false;
-    const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, false);
-    bone.translate(0, 0.5, 0);
-    this.bones = new THREE.InstancedMesh(bone, this.material, Math.max(this.links.length, 1));
+    this.bones = new THREE.InstancedMesh(boneGeometry(), this.material, Math.max(this.links.length, 1));
     this.joints = new THREE.InstancedMesh(
       new THREE.IcosahedronGeometry(1, 1),
       this.material,

@@ -94,6 +94,8 @@ export class Stage {
     if (this.renderer) this.renderer.domElement.style.visibility = isSignal ? "hidden" : "visible";
     if (isSignal || !this.renderer || this.casts.length === 0 || !this.store.knots) return;
     this.stale ||= TOPICS.some((topic) => changed.has(topic));
+    // The pose of a keytime that is dragged is known before its curve.
+    this.stale ||= this.store.draggedKey !== null && changed.has("document");
     if (!this.stale) return;
     if (this.slow && this.store.dragging) this.later.ask();
     else this.draw(this.renderer);
@@ -199,17 +201,18 @@ export class Stage {
   private pose(moment?: PlaybackState): boolean {
     const { store } = this;
     const { view, knots, companionKnots } = store;
-    const playback = moment ?? store.playback;
     if (!knots) return false;
     const shown = view.showB && companionKnots ? companionKnots : knots;
     const other = view.showB && companionKnots ? knots : companionKnots;
-    const outputTime = moment ? moment.outputTime : store.lookedAt;
-    const outputInput = inputAt(shown, outputTime);
-    const companionInput = other ? inputAt(other, outputTime) : playback.inputTime;
+    const looked = moment ? { ...moment, shown: null } : store.looked;
+    const { outputTime } = looked;
+    const outputInput = looked.shown ?? inputAt(shown, outputTime);
+    const companionInput = other ? inputAt(other, outputTime) : looked.inputTime;
     const color = this.theme.palette[other ? "spline" : "figure-input"];
     for (const cast of this.casts) {
       if (this.companionColor !== color) cast.paintCompanion(color);
       cast.pose(outputInput, companionInput);
+      cast.showSkin(view.mesh);
       cast.showShadows(view.ground);
       showAround(cast, knots, outputTime, store.rate, view);
       cast.showGhost(null, 0, false);
@@ -222,10 +225,11 @@ export class Stage {
     return true;
   }
 
-  /** While a frame is looked at, lay the reference pose that it was matched with over the output's. */
+  /** While a frame is pointed at, or where that is asked for, lay the reference pose that it was matched with over the output's. */
   private showMatch(outputTime: number): void {
     const { store } = this;
-    if (store.hover === null || !store.why || store.dragging) return;
+    const isAsked = store.view.ghost || store.looked.by === "pointer";
+    if (!isAsked || !store.why || store.dragging) return;
     const match = nearestMatch(store.why, outputTime);
     const first = this.casts.find((cast) => cast.clip === store.clip);
     if (!match || !first) return;

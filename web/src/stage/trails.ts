@@ -1,13 +1,12 @@
-/** Trails and onion skins: where the limbs' ends go, and stick figures at even output times. */
+/** Trails: where the limbs' ends go. */
 
 import * as THREE from "three";
 import type { Clip } from "../messages";
 import { at } from "../warp";
 import { poseAt } from "./align";
 
-/** Most points of a set of trails, and most bones of the onion skins: what a buffer holds. */
+/** Most points of a set of trails: what a buffer holds. */
 const MOST_POINTS = 4096;
-const MOST_BONE_ENDS = 16384;
 
 /** Lines through places at even times, with a dot at each: close dots are slow, far ones fast. */
 export class Trails {
@@ -71,53 +70,6 @@ export class Trails {
     this.lines.dispose();
     this.lineMaterial.dispose();
     this.dotMaterial.dispose();
-    this.object.removeFromParent();
-  }
-}
-
-/** Stick figures at even output times around the playhead. */
-export class OnionSkins {
-  readonly object: THREE.LineSegments;
-  private readonly positions = new Float32Array(3 * MOST_BONE_ENDS);
-  private readonly colors = new Float32Array(4 * MOST_BONE_ENDS);
-  private readonly lines = new THREE.BufferGeometry();
-  private readonly material = new THREE.LineBasicMaterial({ vertexColors: true, transparent: true, depthWrite: false });
-  private readonly links: readonly (readonly [number, number])[];
-  private readonly pose: Float32Array;
-
-  constructor(
-    private readonly clip: Clip,
-    private readonly color: THREE.Color,
-  ) {
-    this.pose = new Float32Array(3 * clip.n_nodes);
-    this.links = clip.parents.flatMap((parent, node) => (parent >= 0 ? [[parent, node] as const] : []));
-    this.lines.setAttribute("position", new THREE.BufferAttribute(this.positions, 3));
-    this.lines.setAttribute("color", new THREE.BufferAttribute(this.colors, 4));
-    this.object = new THREE.LineSegments(this.lines, this.material);
-    this.object.frustumCulled = false;
-  }
-
-  show(times: readonly number[], nearness: readonly number[]): void {
-    const most = Math.floor(MOST_BONE_ENDS / (2 * Math.max(this.links.length, 1)));
-    let end = 0;
-    times.slice(0, most).forEach((time, i) => {
-      poseAt(this.clip, time, this.pose);
-      for (const link of this.links) {
-        for (const node of link) {
-          for (let axis = 0; axis < 3; axis++) this.positions[3 * end + axis] = at(this.pose, 3 * node + axis);
-          this.colors.set([this.color.r, this.color.g, this.color.b, at(nearness, i)], 4 * end);
-          end++;
-        }
-      }
-    });
-    this.lines.setDrawRange(0, end);
-    for (const name of ["position", "color"])
-      (this.lines.getAttribute(name) as THREE.BufferAttribute).needsUpdate = true;
-  }
-
-  dispose(): void {
-    this.lines.dispose();
-    this.material.dispose();
     this.object.removeFromParent();
   }
 }

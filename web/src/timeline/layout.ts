@@ -25,15 +25,20 @@ export interface Layout {
   /** The sound beside the stage; without one it has no height. */
   readonly sound: Box;
   readonly reference: Box;
+  /** Which line is which, and what of the output is in view. */
+  readonly foot: Box;
 }
 
 export const GUTTER = 72;
 /** Heights, pixels. */
-const RULER = 22;
-const HEAT = 15;
+const RULER = 24;
+const HEAT = 13;
 const FEET = 17;
 const SOUND = 30;
 const REFERENCE = 30;
+const FOOT = 18;
+/** Of what the map and the speed have together, the speed gets this, within bounds. */
+const SPEED_SHARE = 0.22;
 /** From a keytime to an end of its tangent. */
 const TANGENT = 46;
 
@@ -43,8 +48,8 @@ export function layoutOf(width: number, height: number, { hasFeet = false, hasSo
   const feetRoom = hasFeet ? FEET + 4 : 0;
   const soundHeight = hasSound ? SOUND : 0;
   const soundRoom = hasSound ? SOUND + 4 : 0;
-  const rest = Math.max(height - RULER - HEAT - feetRoom - soundRoom - REFERENCE - 12, 80);
-  const speedHeight = Math.round(clamp(rest * 0.36, 48, 150));
+  const rest = Math.max(height - RULER - HEAT - feetRoom - soundRoom - REFERENCE - FOOT - 12, 80);
+  const speedHeight = Math.round(clamp(rest * SPEED_SHARE, Math.min(60, rest / 2), 150));
   const map = { x: GUTTER, y: RULER, width: wide, height: rest - speedHeight };
   const speed = { x: GUTTER, y: map.y + map.height + 4, width: wide, height: speedHeight };
   const heat = { x: GUTTER, y: speed.y + speed.height + 4, width: wide, height: HEAT };
@@ -62,15 +67,35 @@ export function layoutOf(width: number, height: number, { hasFeet = false, hasSo
     feet,
     sound,
     reference,
+    foot: { x: 8, y: reference.y + REFERENCE, width: Math.max(width - 16, 40), height: FOOT },
   };
 }
 
-/** The scales in use: output time, input time, and the binary logarithm of speed. */
+/** The scales in use: output time, input time, and the level of speed. */
 export interface Scales {
   readonly output: View;
   readonly input: View;
   readonly speed: View;
+  /** What is in view of what there is to see, from 0 to 1: the reference is shown as closely. */
+  readonly share: View;
 }
+
+/** Speeds below this are drawn as far apart as they are; above it, by their logarithm. */
+const SLOW = 1 / 32;
+
+/**
+ * Where a speed stands on its axis: nearly its binary logarithm, and 0 for a speed of 1. Holds and what plays backward
+ * have a place too, in one smooth scale.
+ */
+export function speedLevel(speed: number): number {
+  return (Math.asinh(speed / (2 * SLOW)) - UNIT) / Math.LN2;
+}
+
+export function levelSpeed(level: number): number {
+  return 2 * SLOW * Math.sinh(level * Math.LN2 + UNIT);
+}
+
+const UNIT = Math.asinh(1 / (2 * SLOW));
 
 export function outputX(layout: Layout, scales: Scales, time: number): number {
   return layout.map.x + toPixels(scales.output, layout.map.width, time);
@@ -81,8 +106,7 @@ export function inputY(layout: Layout, scales: Scales, time: number): number {
 }
 
 export function speedY(layout: Layout, scales: Scales, speed: number): number {
-  // A log axis has no place for holds and reversals: they run along its lower edge.
-  const level = clamp(Math.log2(Math.max(speed, 1e-9)), scales.speed.from, scales.speed.to);
+  const level = clamp(speedLevel(speed), scales.speed.from, scales.speed.to);
   return layout.speed.y + layout.speed.height - toPixels(scales.speed, layout.speed.height, level);
 }
 
@@ -95,7 +119,7 @@ export function inputTimeAt(layout: Layout, scales: Scales, y: number): number {
 }
 
 export function speedAtY(layout: Layout, scales: Scales, y: number): number {
-  return 2 ** toValue(scales.speed, layout.speed.height, layout.speed.y + layout.speed.height - y);
+  return levelSpeed(toValue(scales.speed, layout.speed.height, layout.speed.y + layout.speed.height - y));
 }
 
 /** The line from a keytime to the end of its tangent, for a speed there: pixels to the right, and downward. */
@@ -119,17 +143,29 @@ export function wholeOutput(outputEnd: number, inputEnd: number): { home: View; 
   };
 }
 
-/** Speeds shown: wide enough for the curve, never less than from 1/2 to 3, and never more than from 1/16 to 16. */
-export function speedView(speeds: ArrayLike<number>): View {
-  let low = -1;
-  let high = Math.log2(3);
+/**
+ * Speeds shown: wide enough for the curve, in whole octaves, never less than from 1/2 to 4 and never more than 16 times,
+ * forward or backward. What was shown before stays in view: the axis does not jump.
+ */
+export function speedView(speeds: ArrayLike<number>, before: View | null = null): View {
+  let low = speedLevel(0.5);
+  let high = speedLevel(4);
   for (let i = 0; i < speeds.length; i++) {
-    const speed = speeds[i] as number;
-    if (speed <= 0) continue;
-    low = Math.min(low, Math.log2(speed));
-    high = Math.max(high, Math.log2(speed));
+    const level = speedLevel(clamp(speeds[i] as number, -FASTEST_SHOWN, FASTEST_SHOWN));
+    low = Math.min(low, level);
+    high = Math.max(high, level);
   }
-  return { from: Math.max(low, -4) - 0.25, to: Math.min(high, 4) + 0.25 };
+  // A hand that rounds is no reason for another octave.
+  const from = Math.floor(low + 0.02) - 0.25;
+  const to = Math.ceil(high - 0.02) + 0.25;
+  return before ? { from: Math.min(from, before.from), to: Math.max(to, before.to) } : { from, to };
+}
+
+const FASTEST_SHOWN = 16;
+
+/** What of the reference is in view: as large a share of it as of the output. */
+export function referenceView(scales: Scales, lastTime: number): View {
+  return { from: scales.share.from * lastTime, to: scales.share.to * lastTime };
 }
 
 /** The input times to show so that what is in view of the map fills it. */

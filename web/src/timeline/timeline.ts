@@ -16,6 +16,7 @@ import { Handles } from "./handles/handles";
 import { GUTTER, inputTimeAt, inside, type Layout, layoutOf, outputTimeAt, type Scales } from "./layout";
 import { Legend } from "./legend";
 import { ReferenceChooser } from "./reference_chooser";
+import { ScrollBar } from "./scroll_bar";
 import { onlyMarkers, Surface } from "./surface";
 import { TroubleNote } from "./trouble";
 import { Zoom } from "./zoom";
@@ -29,8 +30,15 @@ export class Timeline {
   private readonly legend = new Legend();
   private readonly chooser: ReferenceChooser;
   private readonly chooseBox: ChooseBox;
+  private readonly scrollBar: ScrollBar;
+  private readonly foot = make("div", { class: "foot" });
   private layout: Layout = layoutOf(800, 300);
-  private scales: Scales = { output: { from: 0, to: 1 }, input: { from: 0, to: 1 }, speed: { from: -2, to: 2 } };
+  private scales: Scales = {
+    output: { from: 0, to: 1 },
+    input: { from: 0, to: 1 },
+    speed: { from: -2, to: 2 },
+    share: { from: 0, to: 1 },
+  };
   constructor(
     private readonly store: Store,
     private readonly connection: Connection,
@@ -43,10 +51,12 @@ export class Timeline {
     this.trouble = new TroubleNote(store);
     this.chooser = new ReferenceChooser(store);
     this.chooseBox = new ChooseBox(store);
+    this.scrollBar = new ScrollBar(store, this.zoom);
+    this.foot.append(this.legend.root, this.scrollBar.root);
     this.root.append(
       this.surface.canvas,
       this.surface.markers,
-      this.legend.root,
+      this.foot,
       this.handles.gutter,
       this.handles.overlay,
       this.chooseBox.root,
@@ -65,7 +75,9 @@ export class Timeline {
       this.handles.place(this.layout, this.scales);
       return;
     }
-    if (onlyMarkers(changed)) {
+    // The playhead has left what is in view: all moves.
+    const turned = changed.has("playhead") && !this.store.dragging && this.zoom.follow();
+    if (onlyMarkers(changed) && !turned) {
       this.surface.paint(this.layout, this.scales, changed);
       return;
     }
@@ -74,9 +86,15 @@ export class Timeline {
       hasSound: this.store.beside.peaks !== null,
     });
     if (!this.store.dragging) this.scales = this.zoom.scales(this.scales);
-    this.surface.paint(this.layout, this.scales, changed);
+    this.surface.paint(this.layout, this.scales, turned ? new Set([...changed, "view"]) : changed);
     this.handles.place(this.layout, this.scales);
-    this.legend.update(this.layout, this.store);
+    const { foot } = this.layout;
+    this.foot.style.left = `${foot.x}px`;
+    this.foot.style.top = `${foot.y}px`;
+    this.foot.style.width = `${foot.width}px`;
+    this.foot.style.height = `${foot.height}px`;
+    this.legend.update(this.store);
+    this.scrollBar.update();
     this.chooser.update(this.layout);
     this.trouble.update(this.layout, this.scales);
   }

@@ -22,7 +22,12 @@ const SNAP = 7;
 
 export class Hand {
   layout: Layout = layoutOf(800, 300);
-  scales: Scales = { output: { from: 0, to: 1 }, input: { from: 0, to: 1 }, speed: { from: -2, to: 2 } };
+  scales: Scales = {
+    output: { from: 0, to: 1 },
+    input: { from: 0, to: 1 },
+    speed: { from: -2, to: 2 },
+    share: { from: 0, to: 1 },
+  };
   private nudging = { id: "", gesture: "", at: 0 };
 
   constructor(
@@ -87,6 +92,8 @@ export class Hand {
     label: string,
     moved: (dx: number, dy: number, event: PointerEvent) => Document | null,
     clicked?: () => void,
+    /** The keytime that is dragged: the stage shows its pose meanwhile. */
+    key: string | null = null,
   ): Drag {
     const { store, connection } = this;
     const before = store.document;
@@ -94,7 +101,7 @@ export class Hand {
     let latest: Document | null = null;
     return {
       move: (dx, dy, event) => {
-        store.beginDrag();
+        store.beginDrag(key);
         const next = moved(dx, dy, event);
         if (next && next !== latest) {
           latest = next;

@@ -122,7 +122,7 @@ export class KeyHandles {
       if (down.shiftKey) store.toggleKey(id);
       else store.select({ kind: "key", id });
     };
-    return hand.gesture(together ? "move keys" : "move key", moved, clicked);
+    return hand.gesture(together ? "move keys" : "move key", moved, clicked, id);
   }
 
   private press(id: string, event: KeyboardEvent): void {

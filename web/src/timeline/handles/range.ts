@@ -4,6 +4,7 @@ import type { Document } from "../../messages";
 import { setReferenceRange } from "../../references";
 import { clamp, toPixels, toValue } from "../../scale";
 import { saidTime, unitsOf } from "../../units";
+import { referenceView } from "../layout";
 import { frameRange, referenceSpan } from "../reference_span";
 import { describe, move } from "./elements";
 import { type Hand, MARGIN } from "./hand";
@@ -27,14 +28,15 @@ export class RangeHandles {
   }
 
   place(): void {
-    const { reference } = this.hand.layout;
+    const { hand } = this;
+    const { reference } = hand.layout;
     const span = referenceSpan(this.hand.store);
     this.elements.forEach((handle, i) => {
       const time = span ? span[SIDES[i] as Side] : 0;
-      const x = span ? toPixels({ from: 0, to: span.lastTime }, reference.width, time) + MARGIN : 0;
+      const x = span ? toPixels(referenceView(hand.scales, span.lastTime), reference.width, time) + MARGIN : 0;
       handle.style.height = `${reference.height}px`;
-      move(handle, x, reference.y, span !== null);
-      describe(handle, time, 0, span?.lastTime ?? 0, saidTime(time, span?.clip.rate ?? 30, unitsOf(this.hand.store)));
+      move(handle, x, reference.y, span !== null && x > MARGIN - 2 && x < reference.width + MARGIN + 2);
+      describe(handle, time, 0, span?.lastTime ?? 0, saidTime(time, span?.clip.rate ?? 30, unitsOf(hand.store)));
     });
   }
 
@@ -54,7 +56,7 @@ export class RangeHandles {
       () => {
         const span = referenceSpan(hand.store);
         if (!span) return null;
-        const whole = { from: 0, to: span.lastTime };
+        const whole = referenceView(hand.scales, span.lastTime);
         const start = toPixels(whole, hand.layout.reference.width, span[side]);
         return hand.gesture("choose reference range", (dx) =>
           change(toValue(whole, hand.layout.reference.width, start + dx)),

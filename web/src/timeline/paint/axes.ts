@@ -1,16 +1,20 @@
 /** Axes: output time above, input time at the left, speed on a log scale, and the names of the rows. */
 
 import { unitsOf } from "../../units";
-import { inputY, outputX, speedY } from "../layout";
+import { inputY, outputX, speedLevel, speedY } from "../layout";
 import { timeTicks } from "../time_ticks";
 import { type Canvas, label } from "./canvas";
 
-const SPEED_TICKS = [1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
+const SPEED_TICKS = [16, 8, 4, 2, 1, 1 / 2, 1 / 4, 1 / 8, 0, -1 / 4, -1, -2, -4, -8];
 const SPEED_NAMES = new Map([
   [1 / 8, "⅛×"],
   [1 / 4, "¼×"],
   [1 / 2, "½×"],
+  [0, "hold"],
+  [-1 / 4, "−¼×"],
 ]);
+/** Pixels from one label to the next at least. */
+const SPEED_ROOM = 12;
 
 export function outputAxis(canvas: Canvas): void {
   const { pen, layout, scales, palette, store } = canvas;
@@ -50,14 +54,25 @@ export function inputAxis(canvas: Canvas): void {
 
 export function speedAxis(canvas: Canvas): void {
   const { pen, layout, scales, palette } = canvas;
-  for (const value of SPEED_TICKS) {
-    const level = Math.log2(value);
+  const { speed } = layout;
+  const zero = speedLevel(0);
+  if (scales.speed.from < zero - 0.5) {
+    // Below a hold the clip plays backward.
+    const top = speedY(layout, scales, 0);
+    pen.fillStyle = palette["lock-soft"];
+    pen.fillRect(speed.x, top, speed.width, speed.y + speed.height - top);
+  }
+  // Those that matter most have their label first, where not all have room.
+  const written: number[] = [];
+  for (const value of [...SPEED_TICKS].sort((a, b) => rank(a) - rank(b))) {
+    const level = speedLevel(value);
     if (level < scales.speed.from || level > scales.speed.to) continue;
     const y = Math.round(speedY(layout, scales, value));
-    pen.fillStyle = value === 1 ? palette["line-strong"] : palette.line;
-    pen.fillRect(layout.speed.x, y, layout.speed.width, 1);
-    const crowded = layout.speed.height / (scales.speed.to - scales.speed.from) < 13 && Math.abs(level) % 2 === 1;
-    if (!crowded) label(canvas, SPEED_NAMES.get(value) ?? `${value}×`, layout.map.x - 8, y, "right");
+    pen.fillStyle = value === 1 || value === 0 ? palette["line-strong"] : palette.line;
+    pen.fillRect(speed.x, y, speed.width, 1);
+    if (written.some((other) => Math.abs(other - y) < SPEED_ROOM)) continue;
+    written.push(y);
+    label(canvas, SPEED_NAMES.get(value) ?? `${value}×`.replace("-", "−"), speed.x - 8, y, "right");
   }
   label(canvas, "Speed", 8, layout.speed.y + 9, "left", palette.muted);
   label(canvas, "Score", 8, layout.heat.y + layout.heat.height / 2, "left", palette.muted);
@@ -65,6 +80,11 @@ export function speedAxis(canvas: Canvas): void {
   // Of several one is shown; which, is chosen there.
   if ((canvas.store.document?.references.length ?? 0) > 1) return;
   label(canvas, "Reference", 8, layout.reference.y + layout.reference.height / 2, "left", palette.reference);
+}
+
+function rank(speed: number): number {
+  const isWhole = Math.log2(Math.abs(speed || 1)) % 2 === 0;
+  return speed === 1 ? 0 : speed === 0 ? 1 : isWhole ? 2 : 3;
 }
 
 /** Lines around the map and the speed, and under the ruler. */
