@@ -90,7 +90,8 @@ try {
   await until(chosen, 3);
   await page.keyboard.press("Control+a");
   await until(chosen, 3);
-  await page.mouse.click(second.x + 60, second.y + 50);
+  const map = await editor.canvas.boundingBox();
+  await page.mouse.click(map.x + 110, map.y + 50);
   await until(chosen, 0);
   await drag(corner, second.x + 18 - corner.x, second.y - 18 - corner.y);
   await until(chosen, 2);

@@ -77,6 +77,14 @@ try {
   await page.getByRole("button", { name: "Undo move key" }).waitFor();
   await editor.answered(() => page.keyboard.press("Control+z"));
   await until(() => outputAt.inputValue(), before.toFixed(3));
+  // A length that was said as a share goes on in frames.
+  const length = page.getByLabel("Length", { exact: true });
+  const usual = Number(/(\d+) frames/.exec(await page.locator("section[aria-label=Timing]").innerText())[1]);
+  await drag(length, 30);
+  await until(() => length.inputValue(), `${usual + 10}f`);
+  await editor.settled();
+  await editor.answered(() => page.keyboard.press("Control+z"));
+  await until(() => length.inputValue(), "65%");
   await outputAt.click();
   assert.equal(await outputAt.evaluate((field) => document.activeElement === field), true);
   await outputAt.blur();

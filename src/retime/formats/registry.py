@@ -109,7 +109,7 @@ FORMATS = (
     Format("amass", (".npz",), "motion", "AMASS, SMPL bodies", writes=False, frames=True, among="npy", facts=True),
     Format("humanml3d", (".npy",), "signal", "HumanML3D features", writes=False, frames=True, among="npy"),
     Format("gltf", (".glb", ".gltf"), "motion", "glTF 2.0 scenes", curves=True, facts=True, skins=True),
-    Format("fbx", (".fbx",), "motion", "FBX 7 scenes", curves=True, facts=True),
+    Format("fbx", (".fbx",), "motion", "FBX 7 scenes", curves=True, facts=True, skins=True),
     Format(
         "usd",
         (".usda", ".usdc", ".usd", ".usdz"),

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 
+MOST_POINTS = 300_000
+"""Points that are drawn at most: a page has to draw them, and a person to look at them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Skin:

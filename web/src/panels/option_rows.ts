@@ -8,8 +8,10 @@ import { make, setText } from "../dom";
 import { GrammarError, parseLength, parseNumber, parseRate, parseSpeeds, rateValue } from "../grammar";
 import type { Document } from "../messages";
 import { OPTIONS, type Option, type OptionPanel } from "../options";
+import { clamp } from "../scale";
 import type { Store } from "../store";
 import { blamable, check, choice, slider, textField } from "./fields";
+import { type Scrub, valueScrub } from "./scrub";
 import { documentOf, type Side } from "./sections/section";
 
 type Value = string | number | boolean;
@@ -80,17 +82,40 @@ function controlOf(side: Side, option: Option, give: Give): Control {
   return fieldControl(side, option, give);
 }
 
-function fieldControl({ store }: Side, option: Option, give: Give): Control {
-  const field = textField(option.label, hintOf(option, `Empty: ${option.usual}`), (text) => {
-    give(text === "" ? null : readValue(text, option, store));
+function fieldControl(side: Side, option: Option, give: Give): Control {
+  const commit = (text: string): boolean => {
+    give(text === "" ? null : readValue(text, option, side.store));
     return true;
-  });
+  };
+  const hint = hintOf(option, `Empty: ${option.usual}`);
+  const field = textField(option.label, hint, commit, optionScrub(side, option));
   field.input.placeholder = option.inShort;
   return {
     root: field.row,
     show: (given) => field.show(given === undefined ? "" : String(given)),
     blame: (message) => field.blame(message),
   };
+}
+
+/** Drag a length by frames, a whole number by ones, another by tenths of its size; what is no number is only typed. */
+function optionScrub(side: Side, option: Option): Scrub | undefined {
+  const { kind, name, least, most } = option;
+  if (kind !== "length" && kind !== "number" && kind !== "whole") return undefined;
+  return valueScrub(side, `set ${(option.label.split(":")[0] ?? "").toLowerCase()}`, (document) => {
+    const { clip, curve } = side.store;
+    const given = givenOf(document, option);
+    if (kind === "length") {
+      const isSaid = typeof given === "string" && given !== "free" && clip !== null;
+      const frames = isSaid ? parseLength(given, clip.n_frames, clip.rate) : (curve?.n_output ?? clip?.n_frames ?? 2);
+      return (steps) => setOption(document, name, `${Math.max(2, frames + steps)}f`);
+    }
+    const start = Number(given ?? option.default ?? usedOf(side, option));
+    const step = kind === "whole" ? 1 : 10 ** Math.floor(Math.log10(Math.max(Math.abs(start), 0.1))) / 10;
+    return (steps) => {
+      const value = clamp(start + steps * step, least ?? 0, most ?? Infinity);
+      return setOption(document, name, kind === "whole" ? Math.round(value) : Number(value.toPrecision(6)));
+    };
+  });
 }
 
 /** What the document holds for what was typed; throws where that says nothing. */

@@ -12,12 +12,14 @@ from retime.formats.curves.fbx_bake import baked_keys
 from retime.formats.curves.fbx_motion import sample_stack, time_mode
 from retime.formats.curves.fbx_retime import cut_keys, retimed, warps_of
 from retime.formats.curves.fbx_scene import chosen_stacks, parse_fbx
+from retime.formats.curves.fbx_skin import read_skin
 from retime.formats.curves.fbx_span import read_stack
 from retime.formats.curves.fbx_text import TextFbx
 from retime.formats.curves.fbx_write import fbx_of
 from retime.formats.read_options import ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
+from retime.motion.skin import Skin
 from retime.warp.curve import Warp
 
 
@@ -47,6 +49,24 @@ def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
             stacklevel=2,
         )
     return sample_stack(scene, read_stack(scene, stacks[0]), options.rate, options.limits).clip
+
+
+def skin(path: Path, data: bytes, options: ReadOptions) -> Skin | None:
+    """Read the meshes that follow the joints of the motion which `read` returns; None where there is none.
+
+    Raises
+    ------
+    FormatError
+        They are damaged.
+    """
+    scene = parse_fbx(path, data, options.limits)
+    if not any(item.kind == "Deformer" and item.subtype == "Skin" for item in scene.items.values()):
+        return None
+    stack = read_stack(scene, chosen_stacks(scene, options.animation)[0])
+    with warnings.catch_warnings():
+        # What there is to doubt was told when the motion was read.
+        warnings.simplefilter("ignore", FormatWarning)
+        return read_skin(scene, sample_stack(scene, stack, options.rate, options.limits))
 
 
 def facts(path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:

@@ -13,10 +13,8 @@ from retime.formats.curves.gltf_file import GltfFile
 from retime.formats.curves.gltf_scene import Node, joint_nodes, read_nodes
 from retime.formats.read_options import Limits
 from retime.motion import rotation
-from retime.motion.skin import Skin
+from retime.motion.skin import MOST_POINTS, Skin
 
-# Points that are drawn at most: a page has to draw them, and a person to look at them.
-MOST_POINTS = 300_000
 _TRIANGLES = 4
 
 

@@ -5,12 +5,14 @@ import { make, setText } from "../../dom";
 import { GrammarError, parseNumber, parseTime } from "../../grammar";
 import type { Document, ReferenceFile } from "../../messages";
 import { changeReference, referencesOf, setCounterpart, setReferenceFile, setReferenceRange } from "../../references";
+import { clamp } from "../../scale";
 import type { Store } from "../../store";
 import { frameRange, referenceSpan } from "../../timeline/reference_span";
 import { fieldTime, saidTime, unitsOf } from "../../units";
 import { button } from "../buttons";
 import type { Dialogs } from "../dialogs/dialogs";
 import { check, textField } from "../fields";
+import { type Scrub, valueScrub } from "../scrub";
 import { fileName } from "../top";
 import { JointTable } from "./joints";
 import { readingFields } from "./reading";
@@ -124,8 +126,21 @@ export class ReferenceDetails {
         return true;
       };
     const hint = "Where the imitated stretch of the reference begins: seconds, 105f, or 1:03.5";
-    const from = textField("From", hint, bound("start"));
-    const to = textField("To", "Where the imitated stretch of the reference ends", bound("end"));
+    const drag = (side: "start" | "end"): Scrub =>
+      valueScrub({ store, connection: this.connection }, "choose reference range", (before) => {
+        const span = referenceSpan(store);
+        if (!span) return () => before;
+        const { index } = this;
+        const { rate } = span.clip;
+        return (steps) => {
+          const time = span[side] + steps / rate;
+          const start = side === "start" ? clamp(time, 0, span.end - 3 / rate) : span.start;
+          const end = side === "end" ? clamp(time, span.start + 3 / rate, span.lastTime) : span.end;
+          return setReferenceRange(before, index, frameRange(span, start, end));
+        };
+      });
+    const from = textField("From", hint, bound("start"), drag("start"));
+    const to = textField("To", "Where the imitated stretch of the reference ends", bound("end"), drag("end"));
     from.input.setAttribute("aria-label", "Reference from");
     to.input.setAttribute("aria-label", "Reference to");
     const all = button("All", "Imitate all of it", () =>
@@ -146,10 +161,19 @@ export class ReferenceDetails {
 
   private weight(): Part {
     const hint = "How much it counts beside the others: 2 makes its poses look twice as near";
-    const weight = textField("Weight", hint, (text) => {
+    const commit = (text: string): boolean => {
       this.change({ weight: parseNumber(text, { above: true, unit: "x" }) }, "set reference weight");
       return true;
+    };
+    const drag = valueScrub({ store: this.store, connection: this.connection }, "set reference weight", (before) => {
+      const { index } = this;
+      const { weight } = this.reference;
+      return (steps) => {
+        const next = Math.max(0.05, Number((weight + steps / 20).toFixed(2)));
+        return changeReference(before, index, { weight: next });
+      };
     });
+    const weight = textField("Weight", hint, commit, drag);
     return {
       root: weight.row,
       update: () => {

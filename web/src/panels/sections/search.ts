@@ -4,6 +4,7 @@ import { parseNumber } from "../../grammar";
 import type { Document } from "../../messages";
 import { blamable, check, choice, textField } from "../fields";
 import { foldedRows, optionRows } from "../option_rows";
+import { valueScrub } from "../scrub";
 import { documentOf, frame, type Section, type Side } from "./section";
 
 const METHODS: readonly { value: Document["method"]; text: string }[] = [
@@ -24,10 +25,15 @@ export function searchSection(side: Side): Section {
   faults.named("method", blamedMethod);
   const repeatHint =
     "How often the reference is played: 6 for one cycle of a walk and six strides, 2.5 for two and a half";
-  const repeat = textField("Repeat", repeatHint, (text) => {
+  const setRepeat = (text: string): boolean => {
     connection.edit({ ...documentOf(store), repeat: parseNumber(text || "1", { least: 1, unit: "x" }) }, "set repeat");
     return true;
-  });
+  };
+  const dragRepeat = valueScrub(side, "set repeat", (before) => (steps) => ({
+    ...before,
+    repeat: Math.max(1, Number((before.repeat + steps / 10).toFixed(2))),
+  }));
+  const repeat = textField("Repeat", repeatHint, setRepeat, dragRepeat);
   faults.named("repeat", repeat);
   const rows = optionRows(side, "search");
   const average = check(
