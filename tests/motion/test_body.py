@@ -14,7 +14,7 @@ from retime.errors import OptionError
 from retime.motion import rotation
 from retime.motion.body import above_body, body_joint, body_joints, body_of
 from retime.motion.contacts import contacts
-from retime.motion.kinematics import global_poses, metres_per_unit, seems_z_up
+from retime.motion.kinematics import global_poses, heading_rotations, metres_per_unit, seems_z_up
 from retime.motion.motion import Motion
 from retime.motion.skeleton import EndSite, Skeleton
 from tests.motion.walkers import permuted, walker
@@ -112,6 +112,48 @@ class TestNodesAbove:
         assert motion.flights() == clip.flights()
         np.testing.assert_allclose(body_of(motion).positions, clip.positions, atol=1e-9)
 
+    @pytest.mark.parametrize("props", [(), ("ik_foot_root", "ik_hand_root")])
+    @pytest.mark.parametrize("share", [[0, 1, 0], [1, 0, 1], [1, 0.5, 1], [0.2, 1, 0.7]])
+    def test_a_path_that_has_some_of_the_place_is_not_the_body(
+        self, clip: Motion, share: list[float], props: tuple[str, ...]
+    ) -> None:
+        motion = below_node(clip, "path", None, clip.positions[:, 0] * share, props)
+        assert facts(motion) == facts(clip)
+
+    @pytest.mark.parametrize(
+        ("share", "turns"),
+        [([0, 1, 0], False), ([0, 1, 0], True), ([1, 0, 1], False), ([1, 0, 1], True), ([1, 1, 1], False)],
+    )
+    def test_a_path_below_nodes_that_stay_put_is_not_the_body(
+        self, clip: Motion, share: list[float], turns: bool
+    ) -> None:
+        heading = heading_rotations(global_poses(clip)) if turns else None
+        motion = below_node(below_node(clip, "path", heading, clip.positions[:, 0] * share), "Armature")
+        assert motion.skeleton.names[body_joint(motion)] == clip.skeleton.names[0]
+        assert motion.flights() == clip.flights()
+        assert not seems_z_up(motion)
+        np.testing.assert_allclose(body_of(motion).positions, clip.positions, atol=1e-9)
+
+    def test_one_node_for_the_ground_and_one_for_the_height(self, clip: Motion) -> None:
+        place = clip.positions[:, 0]
+        motion = below_node(below_node(clip, "height", None, place * [0, 1, 0]), "ground", None, place * [1, 0, 1])
+        assert body_joint(motion) == 2
+        assert facts(motion) == facts(clip)
+
+    def test_a_path_in_a_file_with_z_up(self, clip: Motion) -> None:
+        quarter = rotation.from_euler("X", np.array([np.pi / 2]))
+        rotations, places = clip.rotations.copy(), clip.local_translations.copy()
+        rotations[:, 0] = rotation.multiply(quarter, rotations[:, 0])
+        places[:, 0] = rotation.rotate(quarter, places[:, 0])
+        lying = replace(clip, rotations=rotations, translations=places, declaration=None, declared_angles=None)
+        assert seems_z_up(lying)
+        about_z = heading_rotations(global_poses(clip))[:, [0, 1, 3, 2]]
+        for turns, share in ((None, [0, 0, 1]), (None, [1, 1, 1]), (about_z, [1, 1, 0])):
+            motion = below_node(lying, "path", turns, places[:, 0] * share)
+            assert motion.skeleton.names[body_joint(motion)] == clip.skeleton.names[0]
+            assert seems_z_up(motion)
+            assert replace(motion, up="z").flights() == clip.flights()
+
     @pytest.mark.parametrize("seed", range(3))
     def test_any_rig_below_any_nodes(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -139,6 +181,32 @@ class TestWhatIsTheBody:
         q = rotation.identity(20, 5)
         q[:, 1] = rotation.about_axis(0, np.linspace(0, 1, 20))
         assert body_joint(Motion(skeleton, q)) == 0
+
+    @pytest.mark.parametrize("less", [[0, 0, 0], [1, 0, 1], [0, 1, 0], [1, 1, 1]])
+    def test_joints_that_are_told_by_places_alone_keep_their_legs(self, clip: Motion, less: list[int]) -> None:
+        # No joint ever turns: all of them move in their parents, about hips that may stay at the origin or on a level.
+        parents = list(clip.skeleton.parents)
+        places = clip.positions - clip.positions[:, :1] * less
+        places[:, 1:] -= places[:, parents[1:]]
+        skeleton = replace(clip.skeleton, end_sites=())
+        assert body_joint(Motion(skeleton, rotation.identity(*places.shape[:2]), places, clip.rate)) == 0
+
+    def test_a_chain_that_is_told_by_places_alone_keeps_its_joints(self) -> None:
+        arm = Skeleton(("shoulder", "elbow", "wrist", "hand"), (-1, 0, 1, 2), np.eye(4, 3))
+        angles = np.sin(np.arange(50)[:, None] / 7 + np.arange(4))
+        places = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=-1)
+        places[:, 0] = np.arange(50)[:, None] * [0.1, 0.02, 0.0]
+        assert body_joint(Motion(arm, rotation.identity(50, 4), places)) == 0
+
+    def test_a_chain_that_winds_on_a_level_keeps_its_joints(self) -> None:
+        chain = Skeleton(tuple("abcdef"), (-1, 0, 1, 2, 3, 4), np.ones((6, 3)))
+        angles = np.sin(np.arange(60)[:, None] / 5 + np.arange(6))
+        places = np.tile(chain.offsets, (60, 1, 1))
+        places[:, 0, 0] = np.arange(60) * 0.1
+        assert body_joint(Motion(chain, rotation.from_euler("Y", angles[..., None]), places)) == 0
+        # Its first joint may not turn at all.
+        angles[:, 0] = 0.0
+        assert body_joint(Motion(chain, rotation.from_euler("Y", angles[..., None]), places)) == 0
 
     def test_where_nothing_moves_the_root_is_as_good_as_any(self) -> None:
         chain = Skeleton(("a", "b", "c"), (-1, 0, 1), np.eye(3))

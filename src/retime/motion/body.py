@@ -29,12 +29,15 @@ def body_joint(motion: Moving) -> int:
     Where the motion names it (`Motion.root`), that one. Else it is looked for from the root down:
 
     * below a joint that stays put, with one child: that child;
-    * below a joint that stays put, or a root that only slides and turns on a level (the path over the ground that game
-      engines write): the child that moves in it and holds more than half of the joints below it.
+    * below a joint that keeps its tilt (it stays put, slides over the ground, as the path that game engines write, or
+      follows the height of the body, or both; and turns about the vertical at most): the child that moves in it and
+      holds more than half of the joints below it, or all of them;
+    * below a joint that moves and never turns, with one child: that child, where it turns and parts into limbs.
 
-    A joint that only turns does not move in its parent: so hips that stay put keep their legs. Names don't count, and
-    neither does the order of the joints. A path that follows the height of the body is not told from hips: name the
-    joint there.
+    A joint that only turns does not move in its parent: so hips that stay put keep their legs. Where joints are told
+    by places alone, and never turn, limbs move in the hips, but keep their distance. Names don't count, and neither
+    does the order of the joints. A path that has the height of the body, and its turns too, is not told from hips: name
+    the joint there.
 
     Raises
     ------
@@ -120,19 +123,31 @@ def _find(motion: Moving) -> int:
     for joint in range(len(parents) - 1, 0, -1):
         sizes[parents[joint]] += sizes[joint]
         children[parents[joint]].insert(0, joint)
-    still = _STILL * max(_extent(motion.skeleton), 1e-12)
+    size = max(_extent(motion.skeleton), 1e-12)
+    still = _STILL * size
+    places = motion.local_translations
     joint = 0
     while children[joint]:
-        below = children[joint]
-        child = max(below, key=lambda one: int(sizes[one]))
-        if len(below) == 1 and _stays_put(motion, joint, still):
+        child, *beside = sorted(children[joint], key=lambda one: -int(sizes[one]))
+        if not beside and _stays_put(motion, joint, still):
             joint = child
             continue
-        # It has more than half of what is below, and goes elsewhere in its parent.
-        if 2 * sizes[child] <= sizes[joint] - 1 or not _moves(motion.local_translations[:, child], still):
+        if not _keeps_its_tilt(motion, joint):
             break
-        if not _on_a_level(motion, joint, still):
-            break
+        if _moves(places[:, child], still):
+            # What never turns may be a limb of a body that is told by places alone; but such a one keeps its distance,
+            # as well as it can be measured.
+            limb = _largest_turn(motion.rotations[:, child]) <= _STILL
+            if limb and _changes_by(places[:, child]) <= size:
+                break
+            # The child must hold more than half of what is below.
+            if 2 * sizes[child] <= sizes[joint] - 1:
+                break
+        else:
+            # It turns about a point that it carries: a joint of a body does, and so do hips, which have limbs.
+            turns = _largest_turn(motion.rotations[:, joint]) > _STILL
+            if beside or turns or len(children[child]) < 2 or _stays_put(motion, child, still):
+                break
         joint = child
     # Where nothing moves at all, the root is as good as any.
     return joint if any(not _stays_put(motion, one, still) for one in _below(parents, joint)) else 0
@@ -159,18 +174,16 @@ def _largest_turn(q: FloatArray) -> float:
     return float(2 * np.arcsin(min(1.0, float(np.linalg.norm(away[:, 1:], axis=1).max()))))
 
 
-def _on_a_level(motion: Moving, joint: int, still: float) -> bool:
-    """Tell whether a joint keeps its height and its tilt, as a path over the ground does; only for the root."""
-    if _stays_put(motion, joint, still):
-        return True
-    if joint != 0:
-        return False
-    up = 2 if motion.up == "z" else 1
-    # Where the vertical axis of the motion lies in the joint: the same in all frames unless it tilts.
-    vertical = np.zeros(3)
-    vertical[up] = 1.0
-    axis = rotation.rotate(rotation.conjugate(motion.rotations[:, joint]), vertical)
-    return not _moves(motion.local_translations[:, joint, up : up + 1], still) and not _moves(axis, _STILL)
+def _changes_by(places: FloatArray) -> float:
+    """By how much a joint's distance from its parent changes."""
+    return float(np.ptp(np.linalg.norm(places, axis=1)))
+
+
+def _keeps_its_tilt(motion: Moving, joint: int) -> bool:
+    """Tell whether a joint turns about one axis of its space alone, Y or Z: whichever is vertical."""
+    back = rotation.conjugate(motion.rotations[:, joint])
+    # Where the axis lies in the joint: the same in all frames, unless that tilts.
+    return any(not _moves(rotation.rotate(back, axis), _STILL) for axis in np.eye(3)[1:])
 
 
 def _below(parents: Sequence[int], joint: int) -> list[int]:
