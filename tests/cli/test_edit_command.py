@@ -14,9 +14,11 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from retime.data import SAMPLE
 from retime.server import PAGE
 from tests.cli.conftest import COMMAND
 
@@ -27,7 +29,7 @@ needs_page = pytest.mark.skipif(not (PAGE / "index.html").is_file(), reason="nee
 
 
 @contextmanager
-def edited(*arguments: str | Path, folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+def edited(*arguments: str | Path, folder: Path, **environment: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """Run `retime edit`, and give it with the address that it prints."""
     process = subprocess.Popen(
         [*COMMAND, "edit", *map(str, arguments), "--no-browser"],
@@ -35,7 +37,7 @@ def edited(*arguments: str | Path, folder: Path) -> Iterator[tuple[subprocess.Po
         stderr=subprocess.PIPE,
         text=True,
         cwd=folder,
-        env={**os.environ, "RETIME_STATE": str(folder / "state")},
+        env={**os.environ, "RETIME_STATE": str(folder / "state"), **environment},
     )
     try:
         assert process.stdout is not None
@@ -105,6 +107,32 @@ def test_a_project_whose_files_lie_elsewhere_says_what_to_type(clips, tmp_path) 
         assert ended(process, address) == ("", "")
 
 
+def _asked(address: str, path: str) -> Any:
+    """Ask an editor as its page does."""
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    opener.open(address).close()
+    with opener.open(f"{address.partition('?')[0]}{path}") as answer:
+        return json.load(answer)
+
+
+@needs_page
+def test_without_a_clip_it_begins_with_the_sample_and_what_was_opened_last(clips, tmp_path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    with edited(clips.bvh, folder=tmp_path) as (process, address):
+        assert _asked(address, "welcome") == {
+            "show": False,
+            "recent": [{"path": str(clips.bvh), "name": clips.bvh.name}],
+        }
+        assert ended(process, address) == ("", "")
+    # From another folder too: what was opened before was named by a person then.
+    environment = {"RETIME_STATE": str(tmp_path / "state")}
+    with edited(folder=tmp_path / "elsewhere", **environment) as (process, address):
+        told = _asked(address, "welcome")
+        assert told == {"show": True, "recent": [{"path": str(clips.bvh), "name": clips.bvh.name}]}
+        assert (tmp_path / "state" / "sample" / "sample.bvh").read_bytes() == SAMPLE.read_bytes()
+        assert ended(process, address) == ("", "")
+
+
 @needs_page
 def test_media_and_beats_stand_in_the_document(clips, run, tmp_path) -> None:
     (tmp_path / "take.wav").write_bytes(b"RIFF\x04\0\0\0WAVE")
@@ -130,7 +158,6 @@ def test_media_and_beats_stand_in_the_document(clips, run, tmp_path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ([], "name a clip to edit, or a project"),
         (["--reference", "x.bvh", "--project", "p.retime"], "--reference needs a clip"),
         (["--media", "take.mp4", "--project", "p.retime"], "--media needs a clip"),
         (["--beats", "song.csv", "--project", "p.retime"], "--beats needs a clip"),

@@ -332,3 +332,8 @@ def test_a_group_is_aligned_seen_through_its_camera_and_written_at_once(rooms):
             np.testing.assert_allclose(read.values, expected.values, atol=1e-5)
         else:
             np.testing.assert_allclose(read.translations[:, 0], expected.translations[:, 0], atol=1e-5)
+
+
+def test_a_welcome_menus_shortcuts_and_ways_to_turn_the_stage(rooms):
+    retime.write(retime.sample().frames(0, 200), Path(rooms["folder"]) / "earlier.bvh")
+    drive("menus.mjs", 180, recent="earlier.bvh", **rooms)

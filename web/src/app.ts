@@ -10,6 +10,7 @@ import { FilmDialog } from "./media/film_dialog";
 import { MediaLoader } from "./media/loader";
 import { MediaPanel } from "./media/panel";
 import { Dialogs } from "./panels/dialogs/dialogs";
+import { askForWelcome, WelcomeDialog } from "./panels/dialogs/welcome";
 import { Inspector } from "./panels/inspector";
 import { StageBar } from "./panels/stage_bar";
 import { TopBar } from "./panels/top";
@@ -21,6 +22,7 @@ import { Clipboard } from "./shell/clipboard";
 import { fileSender, listenForDrops, type TakeFiles, type Upload } from "./shell/files";
 import { Hint } from "./shell/hint";
 import { BY_HAND, shortcutTable } from "./shell/keyboard";
+import { listenForMenus } from "./shell/menus";
 import { Notices } from "./shell/notices";
 import { ProgressBar, progressWords } from "./shell/progress";
 import { makeSplitter } from "./shell/splitter";
@@ -104,6 +106,7 @@ export class App {
     // What is not sent to the server by HTTP is not fetched from it either.
     if (options.upload) {
       this.panels.push(new MediaLoader(this.store, (address) => media.show(address)));
+      this.offerWelcome();
       this.dialogs.addFilm(new FilmDialog(this.store, this.stage, this.theme));
     }
     this.shortcuts = shortcutTable(this.store, this.connection, this.player, this.timeline, this.dialogs, {
@@ -215,6 +218,17 @@ export class App {
       if (button && event.detail > 0 && !button.classList.contains("handle") && !button.closest("dialog"))
         button.blur();
     });
+    const endMenus = listenForMenus(root, {
+      store,
+      connection: this.connection,
+      player: this.player,
+      timeline: this.timeline,
+      stage: this.stage,
+      dialogs: this.dialogs,
+      save: () => this.save(),
+      help: () => this.help(),
+    });
+    signal.addEventListener("abort", endMenus);
     if (send) listenForDrops(root, store, this.connection, send, signal);
     window.addEventListener(
       "beforeunload",
@@ -257,6 +271,15 @@ export class App {
     this.player.rewind();
     store.look({ companion: "input", showB: false, clip: 0, reference: 0, through: false });
     this.timeline.fit();
+  }
+
+  /** Where nothing was named to edit, begin with what could be. */
+  private offerWelcome(): void {
+    const dialog = new WelcomeDialog(this.connection, () => this.dialogs.showOpen());
+    this.dialogs.add(dialog.root);
+    void askForWelcome().then((welcome) => {
+      if (welcome?.show) dialog.show(welcome);
+    });
   }
 
   /** Open a clip or a project; a video or a sound is put beside the one that is open. */

@@ -4,6 +4,8 @@ export interface Shortcut {
   /** As `KeyboardEvent.key` names it, with `Ctrl+` and `Shift+` before; several do the same. */
   readonly keys: readonly string[];
   readonly does: string;
+  /** Under which heading it is listed. */
+  readonly group: string;
   readonly action: () => void;
 }
 

@@ -1,6 +1,7 @@
 /** What of the document is looked at, and how; most of it the browser remembers. */
 
 import { recall, remember } from "./memory";
+import type { Navigation } from "./stage/navigation";
 import type { Units } from "./units";
 
 /** What is compared with the output. */
@@ -27,6 +28,8 @@ export interface ViewSettings {
   /** The sound beside the stage is heard while it plays. */
   readonly heard: boolean;
   readonly units: Units;
+  /** Which program's mouse buttons turn the stage. */
+  readonly navigation: Navigation;
   /** Which clip of a group the camera follows, or which signal is drawn. */
   readonly clip: number;
   /** The stage is seen through the group's camera. */
@@ -50,6 +53,7 @@ export const PLAIN_VIEW: ViewSettings = {
   snapBeats: true,
   heard: true,
   units: "seconds",
+  navigation: "retime",
   clip: 0,
   through: false,
   reference: 0,
@@ -70,9 +74,7 @@ export function recallView(): ViewSettings {
 
 /** Remember how it is looked at; what belongs to one document alone is not for the next. */
 export function rememberView(view: ViewSettings): void {
-  const { layout, follow, ground, trails, onion, ghost, mesh, snap, snapBeats, heard, units } = view;
-  remember(
-    STORED,
-    JSON.stringify({ layout, follow, ground, trails, onion, ghost, mesh, snap, snapBeats, heard, units }),
-  );
+  const { layout, follow, ground, trails, onion, ghost, mesh, snap, snapBeats, heard, units, navigation } = view;
+  const kept = { layout, follow, ground, trails, onion, ghost, mesh, snap, snapBeats, heard, units, navigation };
+  remember(STORED, JSON.stringify(kept));
 }

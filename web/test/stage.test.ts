@@ -199,7 +199,11 @@ describe("shortcuts", () => {
   it("can be listened for, and no more", () => {
     const target = new EventTarget();
     let played = 0;
-    const end = listen(target as Window, [{ keys: ["Space"], does: "", action: () => played++ }], () => false);
+    const end = listen(
+      target as Window,
+      [{ group: "Playing", keys: ["Space"], does: "", action: () => played++ }],
+      () => false,
+    );
     const event = (): Event => Object.assign(new Event("keydown", { cancelable: true }), { key: " " });
     const first = event();
     target.dispatchEvent(first);
@@ -220,7 +224,12 @@ describe("shortcuts", () => {
     vi.stubGlobal("HTMLElement", Field);
     const field = new Field();
     const did: string[] = [];
-    const shortcut = (name: string): Shortcut => ({ keys: [name], does: "", action: () => did.push(name) });
+    const shortcut = (name: string): Shortcut => ({
+      group: "Playing",
+      keys: [name],
+      does: "",
+      action: () => did.push(name),
+    });
     listen(field as unknown as HTMLElement, ["K", "Ctrl+Z", "Ctrl+S", "Ctrl+A"].map(shortcut), () => false);
     const press = (key: string, ctrlKey: boolean): void => {
       const event = Object.assign(new Event("keydown", { cancelable: true }), {

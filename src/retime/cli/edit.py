@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _EXAMPLES = (
     "\b\nExamples\n"
+    "  retime edit\n"
     "  retime edit walk.bvh\n"
     "  retime edit walk.bvh camera.csv --reference limp.bvh --project limping.retime\n"
     "  retime edit dance.bvh --media take.mp4 --media-offset 0.5s --beats song.wav\n"
@@ -127,11 +128,11 @@ def command(
 ) -> None:
     """Edit the timing of CLIP in a page in your browser; further clips get the same warp.
 
+    Without a CLIP and a project the page begins with the sample, and with what was opened last.
+
     The page is served at a loopback address, to this machine alone. Ctrl-C ends it; what was not saved is there again
     when the same clips or the same project are opened next.
     """
-    if not clips and project is None:
-        raise OptionError("name a clip to edit, or a project: --project FILE.retime")
     for option, value in (("--reference", references), ("--media", media), ("--beats", beats)):
         if not clips and value:
             raise OptionError(f"{option} needs a clip")
@@ -149,13 +150,22 @@ def command(
     from retime.project.allowed_places import AllowedPlaces
     from retime.project.document import BeatsFile, MediaFile
     from retime.project.file import files_of
+    from retime.project.recent import note_recent, recent
     from retime.project.workspace import new_document, open_document, open_project, state_folder
     from retime.server.app import Editor, EditorServer
 
+    state = state_folder()
+    welcome = not clips and project is None
     named = [*clips, *references, *(path for path in (media, beats, project) if path is not None)]
     again = _command(clips, references, up, media, media_offset, beats, project, folders)
     places = AllowedPlaces([Path.cwd(), *folders, *(path.resolve().parent for path in named)], named, command=again)
     document = None
+    if welcome:
+        sample = _own_sample(state)
+        # What was opened before was named by who opened it then.
+        for path in (sample, *recent(state)):
+            places.add_folder(path.parent)
+        document = new_document([str(sample)])
     if clips:
         document = new_document([str(clip) for clip in clips], [str(path) for path in references], up=up)
         if media is not None:
@@ -173,16 +183,31 @@ def command(
         workspace = open_document(document)
 
     try:
-        server = EditorServer(Editor(workspace, places, state_folder()), port=port)
+        server = EditorServer(Editor(workspace, places, state, welcome=welcome), port=port)
     except OSError:
         workspace.close()
         raise
+    if not welcome:
+        note_recent(resolved(clips[0] if project is None else project), state)
     say(f"editing at {server.guard.address}")
     if not no_browser:
         click.launch(server.guard.address)
     # Ctrl-C is the usual way to end the editor: no error.
     with contextlib.suppress(KeyboardInterrupt):
         server.serve_until_interrupted()
+
+
+def _own_sample(state: Path) -> Path:
+    """Put the sample where what is made of it can be written, too; return its place."""
+    from retime.data import SAMPLE
+    from retime.files import write_bytes
+
+    place = state / "sample" / SAMPLE.name
+    data = SAMPLE.read_bytes()
+    place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    if not place.is_file() or place.read_bytes() != data:
+        write_bytes(place, data, overwrite=True)
+    return place
 
 
 def _command(

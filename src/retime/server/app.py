@@ -23,6 +23,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from retime.errors import FormatError
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import Document
+from retime.project.recent import recent
 from retime.project.workspace import Workspace
 from retime.server import PAGE, messages, no_page
 from retime.server.beside_stage import BesideStage
@@ -50,11 +51,16 @@ class Editor:
         Folder for what has no place of its own.
     page : Path
         Folder of the page that npm built.
+    welcome : bool
+        Nothing was named to edit: the page begins with what could be.
     """
 
-    def __init__(self, workspace: Workspace, places: AllowedPlaces, state: Path, *, page: Path = PAGE) -> None:
+    def __init__(
+        self, workspace: Workspace, places: AllowedPlaces, state: Path, *, page: Path = PAGE, welcome: bool = False
+    ) -> None:
         self._workspace, self._places, self._state = workspace, places, state
         self._shared: SharedDocument | None = None
+        self._is_welcome = welcome
         # One folder for all files dropped in this run: they keep their names, so an AMC finds its ASF.
         self._drops = state / "dropped" / secrets.token_hex(8)
         self._beside = BesideStage(self._document, places)
@@ -63,6 +69,7 @@ class Editor:
             WebSocketRoute("/socket", self._socket),
             Route("/drop", self._drop, methods=["POST"]),
             Route("/health", self._health),
+            Route("/welcome", self._welcome),
             *self._beside.routes,
             *self._films.routes,
         ]
@@ -94,6 +101,12 @@ class Editor:
 
     async def _health(self, request: Request) -> Response:
         return PlainTextResponse("ok")
+
+    async def _welcome(self, request: Request) -> Response:
+        """Say whether the page begins with a welcome, and what was opened last that may be opened again."""
+        files = await asyncio.to_thread(recent, self._state)
+        listed = [{"path": str(path), "name": path.name} for path in files if self._places.allows(path)]
+        return JSONResponse({"show": self._is_welcome, "recent": listed})
 
     async def _no_page(self, request: Request) -> Response:
         return PlainTextResponse(no_page(), 501)

@@ -22,6 +22,7 @@ from retime.project.export import check_no_input
 from retime.project.file import SUFFIX, files_of, warp_id
 from retime.project.history import History
 from retime.project.journal import Edit, Journal
+from retime.project.recent import note_recent
 from retime.project.workspace import Workspace, new_document, open_document, open_project
 from retime.server import files, messages
 from retime.server.audience import Audience
@@ -291,9 +292,11 @@ class SharedDocument:
         def failed(error: Exception) -> None:
             page.put(messages.Notice("error", f"not saved: {words_for_page(error)}"))
 
-        self._writer.put(
-            Change(lambda: workspace.save(place, history, warps, overwrite=message.overwrite), done, failed)
-        )
+        def save() -> None:
+            workspace.save(place, history, warps, overwrite=message.overwrite)
+            note_recent(place, self._state_folder)
+
+        self._writer.put(Change(save, done, failed))
 
     def _open(self, page: Outbox, text: str) -> None:
         if self._opening:
@@ -310,6 +313,7 @@ class SharedDocument:
                 found.append(open_project(place))
             else:
                 found.append(open_document(new_document([str(place)]), folder=self._state_folder))
+            note_recent(place, self._state_folder)
             self._workspace.close()
 
         def done() -> None:

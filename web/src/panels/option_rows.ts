@@ -168,6 +168,7 @@ function sliderControl(side: Side, option: Option, [most, step]: readonly [numbe
       if (done) gesture = "";
     },
   );
+  if (option.name === "influence") row.row.append(endsOfInfluence());
   const { root, blame } = blamable(row.row, row.input);
   return {
     root,
@@ -177,6 +178,12 @@ function sliderControl(side: Side, option: Option, [most, step]: readonly [numbe
       row.show(square ? Math.sqrt(value) : value, value.toFixed(2));
     },
   };
+}
+
+/** What the ends of the slider are, in the words of animators; the paper's stand in the tooltip. */
+function endsOfInfluence(): HTMLElement {
+  const title = "The paper: the influence of the search beside that of the spline through the keytimes";
+  return make("div", { class: "ends", title }, make("span", {}, "Spline"), make("span", {}, "Guided"));
 }
 
 function checkControl(option: Option, give: Give): Control {

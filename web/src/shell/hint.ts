@@ -21,6 +21,8 @@ export class Hint {
         {},
         make("li", {}, "Pull the round end of the curve to make the clip shorter or longer."),
         make("li", {}, "Double-click the curve to put a keytime, and drag it: the rest finds its own timing."),
+        make("li", {}, "Drag along the input times at the left to lock what must keep its own speed: a punch, a word."),
+        make("li", {}, "It moves like itself. Add a reference at the right, and it moves like another clip."),
         make("li", {}, "Press Space to play. Point at any frame to see why it plays as it does."),
       ),
       make("footer", {}, all, done),

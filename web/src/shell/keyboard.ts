@@ -11,6 +11,12 @@ import type { Timeline } from "../timeline/timeline";
 import { nextUnits } from "../units";
 import { outputEnd } from "../warp";
 
+type Plain = Omit<Shortcut, "group">;
+
+function grouped(group: string, shortcuts: readonly Plain[]): Shortcut[] {
+  return shortcuts.map((one) => ({ ...one, group }));
+}
+
 export interface Actions {
   save(): void;
   help(): void;
@@ -23,6 +29,7 @@ export interface Actions {
 /** What the hand does, for the list of shortcuts. */
 export const BY_HAND: readonly (readonly [string, string])[] = [
   ["Double-click the map", "Add a keytime"],
+  ["Right button, anywhere", "What can be done there"],
   ["Drag on the map", "Choose the keytimes in a box; with Shift, more of them"],
   ["Shift+click a keytime", "Choose it too, or not any more"],
   ["Shift while dragging", "Move a keytime along one axis"],
@@ -51,7 +58,7 @@ export function shortcutTable(
   dialogs: Dialogs,
   actions: Actions,
 ): readonly Shortcut[] {
-  const playing: Shortcut[] = [
+  const playing: Plain[] = [
     { keys: ["Space"], does: "Play, pause", action: () => player.toggle() },
     { keys: ["J"], does: "Play backward; again, faster", action: () => player.shuttle(-1) },
     { keys: ["K"], does: "Stop", action: () => player.stop() },
@@ -72,7 +79,7 @@ export function shortcutTable(
     if (document && knots)
       connection.edit(setWorkArea(document, side, playback.outputTime, outputEnd(knots)), "set work area");
   };
-  const editing: Shortcut[] = [
+  const editing: Plain[] = [
     { keys: ["I"], does: "Keytime at the playhead", action: () => timeline.addKeyAt(store.playback.outputTime) },
     {
       keys: ["Delete", "Backspace"],
@@ -115,7 +122,7 @@ export function shortcutTable(
     { keys: ["Ctrl+Z"], does: "Undo", action: () => connection.undo() },
     { keys: ["Ctrl+Shift+Z", "Ctrl+Y"], does: "Redo", action: () => connection.redo() },
   ];
-  const looking: Shortcut[] = [
+  const looking: Plain[] = [
     { keys: ["B"], does: "A or B: this warp, or the compared one", action: () => actions.swap() },
     { keys: ["C"], does: "Play by the other clock", action: () => player.otherClock() },
     {
@@ -131,12 +138,17 @@ export function shortcutTable(
     { keys: ["U"], does: "Seconds, frames, timecode", action: () => store.look({ units: nextUnits(store) }) },
     { keys: ["F"], does: "Show all of the output", action: () => timeline.fit() },
   ];
-  const files: Shortcut[] = [
+  const files: Plain[] = [
     { keys: ["Ctrl+S"], does: "Save", action: () => actions.save() },
     { keys: ["Ctrl+Shift+S"], does: "Save under another name", action: () => dialogs.showSave() },
     { keys: ["Ctrl+O"], does: "Open", action: () => dialogs.showOpen() },
     { keys: ["Ctrl+E"], does: "Export", action: () => dialogs.showExport() },
     { keys: ["?"], does: "This list", action: () => actions.help() },
   ];
-  return [...playing, ...editing, ...looking, ...files];
+  return [
+    ...grouped("Playing", playing),
+    ...grouped("Editing", editing),
+    ...grouped("Looking", looking),
+    ...grouped("Files and help", files),
+  ];
 }

@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { at } from "../warp";
 import type { Cast } from "./cast";
+import { type Navigation, navigated } from "./navigation";
 
 const DEGREES = Math.PI / 180;
 
@@ -12,7 +13,8 @@ export class StageCamera {
   private readonly controls: OrbitControls;
 
   /** `turned` is called when a hand has turned or moved it. */
-  constructor(canvas: HTMLElement, turned: () => void) {
+  constructor(canvas: HTMLElement, turned: () => void, navigation: () => Navigation) {
+    navigated(canvas, () => this.controls, navigation);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
     this.controls.addEventListener("change", turned);

@@ -65,7 +65,11 @@ export class Stage {
       canvas.setAttribute("role", "img");
       canvas.setAttribute("aria-label", "Stage: the figures in space. Drag to turn, scroll to come closer.");
       root.prepend(canvas);
-      this.camera = new StageCamera(canvas, () => this.turned());
+      this.camera = new StageCamera(
+        canvas,
+        () => this.turned(),
+        () => store.view.navigation,
+      );
       const sky = new THREE.HemisphereLight(0xffffff, 0x8a94a0, 2.1);
       const sun = new THREE.DirectionalLight(0xffffff, 1.6);
       sun.position.set(1, 2.5, 1.6);

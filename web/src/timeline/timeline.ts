@@ -99,6 +99,13 @@ export class Timeline {
     this.trouble.update(this.layout, this.scales);
   }
 
+  /** The output time under a pixel of the page, if the map is there and the output goes so far. */
+  timeAtPixel(x: number): number | null {
+    const { knots } = this.store;
+    const time = outputTimeAt(this.layout, this.scales, x - this.root.getBoundingClientRect().left);
+    return knots && time >= 0 && time <= outputEnd(knots) ? time : null;
+  }
+
   /** Show all of the output again. */
   fit(): void {
     this.zoom.fit();

@@ -8,10 +8,10 @@ import type { Shortcut } from "../../shortcuts";
 import type { Store } from "../../store";
 import { HelpDialog } from "./help";
 import { OpenDialog, type Wanted } from "./open";
-import { WriteDialog } from "./write";
+import { type Export, WriteDialog } from "./write";
 
 export class Dialogs {
-  private readonly help = new HelpDialog();
+  private readonly help: HelpDialog;
   private readonly open: OpenDialog;
   private readonly write: WriteDialog;
 
@@ -21,6 +21,7 @@ export class Dialogs {
     connection: Connection,
     send: TakeFiles | null,
   ) {
+    this.help = new HelpDialog(store);
     this.open = new OpenDialog(connection, send);
     this.write = new WriteDialog(store, connection);
     this.add(this.help.root);
@@ -56,8 +57,9 @@ export class Dialogs {
     this.write.show(true);
   }
 
-  showExport(): void {
-    this.write.show(false);
+  /** Ask what to export; `what` is chosen first. */
+  showExport(what?: Export): void {
+    this.write.show(false, what);
   }
 
   list(listing: Listing): void {

@@ -10,7 +10,7 @@ import type { Store } from "../../store";
 import { check, choice, textField } from "../fields";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
 
-type Export = "motion" | "warp" | "curve" | "picture" | "film";
+export type Export = "motion" | "warp" | "curve" | "picture" | "film";
 
 /** Of a group: every clip. */
 const ALL = "all";
@@ -62,7 +62,7 @@ export class WriteDialog {
   }
 
   /** Ask where to save the project, or where to export what. */
-  show(saving: boolean): void {
+  show(saving: boolean, what?: Export): void {
     this.saving = saving;
     const title = saving ? "Save project" : "Export";
     setText(this.title, title);
@@ -76,7 +76,7 @@ export class WriteDialog {
         { value: "picture", text: "Picture of the warp (SVG, PNG, PDF)" },
         ...(this.film?.works ? [{ value: "film" as const, text: "Film of the stage (MP4, WebM, GIF)" }] : []),
       ],
-      this.kind || "motion",
+      what ?? (this.kind || "motion"),
     );
     this.clip.show(
       [

@@ -1,5 +1,6 @@
 /** Search: how the warp is found. */
 
+import { make, setAttribute, setText } from "../../dom";
 import { parseNumber } from "../../grammar";
 import type { Document } from "../../messages";
 import { blamable, check, choice, textField } from "../fields";
@@ -7,11 +8,32 @@ import { foldedRows, optionRows } from "../option_rows";
 import { valueScrub } from "../scrub";
 import { documentOf, frame, type Section, type Side } from "./section";
 
-const METHODS: readonly { value: Document["method"]; text: string }[] = [
-  { value: "guided", text: "Guided" },
-  { value: "align", text: "Synchronise" },
-  { value: "linear", text: "Linear" },
-  { value: "spline", text: "Spline" },
+/** What a method is called, one line that says what it does, and what the paper calls it. */
+const METHODS: readonly { value: Document["method"]; text: string; hint: string; term: string }[] = [
+  {
+    value: "guided",
+    text: "Guided",
+    hint: "Between your keytimes it moves as the reference does.",
+    term: "The paper: guided time warping",
+  },
+  {
+    value: "align",
+    text: "Synchronise",
+    hint: "Keeps step with the reference from beginning to end.",
+    term: "The paper: dynamic time warping, what it compares itself with",
+  },
+  {
+    value: "linear",
+    text: "Linear",
+    hint: "One speed from keytime to keytime.",
+    term: "The paper: linear time warping through the keytimes",
+  },
+  {
+    value: "spline",
+    text: "Spline",
+    hint: "A smooth curve through your keytimes, as in a graph editor.",
+    term: "The paper: a spline through the keytimes, what animators draw by hand",
+  },
 ];
 
 export function searchSection(side: Side): Section {
@@ -42,12 +64,16 @@ export function searchSection(side: Side): Section {
     (on) => connection.edit({ ...documentOf(store), average: on }, "set averaging"),
   );
   const more = foldedRows(side, "more");
-  body.append(blamedMethod.root, repeat.row, ...rows.map((row) => row.root), average.row, more.root);
+  const said = make("p", { class: "note" });
+  body.append(blamedMethod.root, said, repeat.row, ...rows.map((row) => row.root), average.row, more.root);
   return {
     root,
     update() {
       const document = documentOf(store);
       method.show(METHODS, document.method);
+      const chosen = METHODS.find(({ value }) => value === document.method);
+      setText(said, chosen?.hint ?? "");
+      setAttribute(said, "title", chosen?.term ?? null);
       repeat.row.hidden = document.method !== "align";
       repeat.show(String(document.repeat));
       for (const row of rows) row.update(document);
