@@ -51,7 +51,7 @@ def lines_of(module: ModuleType) -> Iterator[str]:
             bases = ", ".join(base.__name__ for base in value.__bases__ if base is not object)
             yield from _wrapped(f"class {name}", f"({bases})" if bases else "")
             if _has_own_init(value):
-                yield from _wrapped(f"    {name}", _signature(value))
+                yield from _wrapped(f"    {name}", signature_of(value))
             for member, found in sorted(_members(value)):
                 if isinstance(found, property):
                     kind = "property" if found.fset is None else "property, which can be set"
@@ -59,9 +59,9 @@ def lines_of(module: ModuleType) -> Iterator[str]:
                 else:
                     function = found.__func__ if isinstance(found, classmethod | staticmethod) else found
                     is_bound = not isinstance(found, staticmethod)
-                    yield from _wrapped(f"    {name}.{member}", _signature(function, is_bound=is_bound))
+                    yield from _wrapped(f"    {name}.{member}", signature_of(function, is_bound=is_bound))
         elif callable(value):
-            yield from _wrapped(name, _signature(value))
+            yield from _wrapped(name, signature_of(value))
         else:
             yield f"{name}: {type(value).__name__}"
 
@@ -83,7 +83,8 @@ def _members(value: type) -> Iterator[tuple[str, Any]]:
                     yield name, member
 
 
-def _signature(value: Any, *, is_bound: bool = False) -> str:
+def signature_of(value: Any, *, is_bound: bool = False) -> str:
+    """Write a signature with its annotations as they are written; of a method without the first argument."""
     signature = inspect.signature(value)
     parameters = [
         one.replace(

@@ -1,8 +1,14 @@
 """How Sphinx makes the site of the pages that `tools/build_site.py` has laid out. Nothing is fetched for it."""
 
+import inspect
 import os
+import sys
 import tomllib
 from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from make_api import signature_of
 
 project = "retime"
 author = "retime contributors"
@@ -26,11 +32,6 @@ suppress_warnings = ["ref.python"]
 default_role = "py:obj"
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-# Names of types that say more than what they stand for.
-autodoc_type_aliases = {
-    name: name
-    for name in ("ArrayLike", "AnyMotion", "BoolArray", "FloatArray", "IntArray", "KindLike", "Moving", "WarpLike")
-}
 autodoc_preserve_defaults = True
 maximum_signature_line_length = 80
 napoleon_google_docstring = False
@@ -52,3 +53,20 @@ html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#0f766e", "color-brand-content": "#0f766e"},
     "dark_css_variables": {"color-brand-primary": "#2dd4bf", "color-brand-content": "#2dd4bf"},
 }
+
+
+def as_written(app: Any, what: str, name: str, value: Any, options: Any, signature: Any, returned: Any) -> Any:
+    """Show a signature as it is written: `ArrayLike` says more than all that it stands for."""
+    if what not in ("function", "method", "class") or (isinstance(value, type) and issubclass(value, BaseException)):
+        return None
+    try:
+        whole = signature_of(value, is_bound=what == "method" and not inspect.ismethod(value))
+    except (TypeError, ValueError):
+        return None
+    arguments, _, result = whole.rpartition(" -> ")
+    return (arguments, result) if arguments else (whole, None)
+
+
+def setup(app: Any) -> None:
+    """Have Sphinx ask for each signature."""
+    app.connect("autodoc-process-signature", as_written)
