@@ -505,3 +505,19 @@ def test_alpha_beside_the_picture_is_kept(tmp_path, codec) -> None:
     apply.retime_media(tmp_path / "b.webm", pictures, Warp([0, 0.5], [0, 0.5]))
     middle = next(av.open(str(tmp_path / "c.09.png")).decode(video=0)).to_ndarray(format="rgba")
     assert abs(float(middle[:, 56:, 3].mean()) - 8 * 15) < 20
+
+
+def test_a_codec_that_cannot_be_written_is_named(tmp_path) -> None:
+    clip = clips.write_clip(
+        tmp_path / "a.avi", 8, codec="dvvideo", form="yuv411p", size=(720, 480), rate=Fraction(30000, 1001)
+    )
+    with pytest.warns(RetimeWarning) as caught:
+        apply.retime_media(clip, tmp_path / "b.avi", Warp([0, 0.4], [0, 0.2]))
+    assert any(
+        "its video is dvvideo, which can't be written so; the output's is mpeg4" in str(w.message) for w in caught
+    )
+    # A camera's MPEG stays what it is.
+    disc = clips.write_clip(tmp_path / "a.mpg", 20, codec="mpeg2video", samples=clips.sound(0.6), sound_codec="mp2")
+    apply.retime_media(disc, tmp_path / "b.mpg", Warp([0, 1.2], [0, 0.6]))
+    with av.open(str(tmp_path / "b.mpg")) as container:
+        assert {stream.codec_context.name for stream in container.streams} <= {"mpeg2video", "mp2", "mp2float"}

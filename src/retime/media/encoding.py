@@ -15,7 +15,7 @@ from retime.media.options import MediaOptions
 # FFmpeg's names of formats, by endings.
 CONTAINERS = {
     ".mp4": "mp4", ".m4v": "mp4", ".mov": "mov", ".mkv": "matroska", ".webm": "webm", ".avi": "avi", ".ts": "mpegts",
-    ".mts": "mpegts", ".m2ts": "mpegts", ".mpg": "mpeg", ".mpeg": "mpeg", ".mxf": "mxf", ".3gp": "3gp", ".ogv": "ogg",
+    ".mts": "mpegts", ".m2ts": "mpegts", ".mpg": "vob", ".mpeg": "vob", ".mxf": "mxf", ".3gp": "3gp", ".ogv": "ogg",
     ".gif": "gif", ".webp": "webp", ".apng": "apng", ".wav": "wav", ".flac": "flac", ".opus": "opus", ".ogg": "ogg",
     ".mp3": "mp3", ".m4a": "ipod", ".aac": "adts", ".mka": "matroska", ".aiff": "aiff", ".aif": "aiff",
 }  # fmt: skip
@@ -33,7 +33,6 @@ _ONLY = {
     "gif": "gif",
     "webp": "libwebp_anim",
     "apng": "apng",
-    "webm": "libvpx-vp9",
     "ogg": "libopus",
     "opus": "libopus",
 }
@@ -41,6 +40,8 @@ _ONLY = {
 _HOLDS = {
     "webm": {"vp8", "vp9", "av1", "opus", "vorbis"},
     "mpegts": {"h264", "hevc", "mpeg2video", "mpeg4", "aac", "ac3", "eac3", "mp2", "mp3", "opus"},
+    # A program stream of MPEG-2, as cameras and DVDs have it.
+    "vob": {"mpeg1video", "mpeg2video", "mp2", "mp3", "ac3"},
     # No place for how much an encoder adds before the first sample, so that compressed sound would be late.
     "avi": {"h264", "mpeg4", "mpeg2video", "mjpeg", "ffv1", "rawvideo", "huffyuv", "pcm_s16le", "pcm_u8"},
 }

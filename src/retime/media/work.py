@@ -275,7 +275,7 @@ def _write(
         tracks: list[_Track] = []
         if not only_sound:
             for picture, plan in zip(pictures, plans, strict=True):
-                tracks.append(_video_track(job, output, picture, plan))
+                tracks.append(_video_track(job, output, picture, plan, report))
                 if name in ("gif", "webp", "apng"):
                     break
         tail = float(1 / plans[0].rate) if plans and job_options.rate != "variable" else 0.0
@@ -283,7 +283,7 @@ def _write(
             tail = max(0.0, float(plans[0].end * plans[0].base) - job.warp.output_span)
         if sounds and name not in ("gif", "webp", "apng"):
             for stream, sound in sounds:
-                tracks.append(_sound_track(job, output, stream, sound, tail))
+                tracks.append(_sound_track(job, output, stream, sound, tail, report))
                 if only_sound and name in ("wav", "flac", "mp3", "adts", "aiff", "opus"):
                     break
         texts = _copied_streams(job, output, container, copied, report) if container is not None else {}
@@ -363,7 +363,17 @@ def _container_options(name: str) -> dict[str, str]:
     return {}
 
 
-def _video_track(job: Job, output: Any, picture: _Picture, plan: FramePlan) -> _Track:
+def _say_other_codec(job: Job, report: Report, source: Any, made: Any) -> None:
+    """Say that a stream is encoded otherwise than the input's, where the output is a file of the same kind."""
+    if source is None or job.options.codec is not None or job.path.suffix.lower() != job.place.suffix.lower():
+        return
+    before, after = (one.codec_context.codec.canonical_name for one in (source, made))
+    if before != after:
+        kind = {"video": "video", "audio": "sound"}[source.type]
+        report.warn(f"{job.path}: its {kind} is {before}, which can't be written so; the output's is {after}")
+
+
+def _video_track(job: Job, output: Any, picture: _Picture, plan: FramePlan, report: Report) -> _Track:
     """Add a stream for frames, and what makes them."""
     first = picture.reader.get(round(float(plan.places[0])))
     working = working_format(first.format.name)
@@ -372,6 +382,7 @@ def _video_track(job: Job, output: Any, picture: _Picture, plan: FramePlan) -> _
     stream = add_video(
         output, picture.stream, first, plan.rate, plan.base, picture.bytes_a_second, job.options, job.place
     )
+    _say_other_codec(job, report, picture.stream, stream)
     form = stream.codec_context.pix_fmt
     steps = _Ahead(frames_of(plan, picture.reader, working, size))
     return _Track(stream, _encoded_frames(stream, steps, plan, form))
@@ -426,7 +437,7 @@ class _Palette:
         return sink.pull()
 
 
-def _sound_track(job: Job, output: Any, source: Any, sound: SoundReader, tail: float) -> _Track:
+def _sound_track(job: Job, output: Any, source: Any, sound: SoundReader, tail: float, report: Report) -> _Track:
     """Add a stream for sound, and what makes it."""
     av = needed("av")
     codec = source.codec_context.codec.canonical_name
@@ -434,6 +445,7 @@ def _sound_track(job: Job, output: Any, source: Any, sound: SoundReader, tail: f
     rates = av.Codec(encoder, "w").audio_rates
     rate = sound.rate if not rates or sound.rate in rates else max(rates)
     stream = output.add_stream(encoder, rate=rate, layout=sound.layout)
+    _say_other_codec(job, report, source, stream)
     made = stream.codec_context
     formats = [one.name for one in av.Codec(encoder, "w").audio_formats or []]
     form = source.codec_context.format.name if source.codec_context.format is not None else "fltp"
