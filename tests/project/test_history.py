@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
+from retime.project.document import ClipFile, Document, Key
 from retime.project.history import History
 from tests.project.documents import numbered
 
@@ -60,3 +63,25 @@ class UndoMachine(RuleBasedStateMachine):
 TestUndo = UndoMachine.TestCase
 
 TestUndo.settings = settings(max_examples=60, stateful_step_count=30)
+
+
+def test_a_step_is_made_of_the_parts_of_the_one_before_where_they_are_equal() -> None:
+    """A day of edits, each of which a page sends whole, stays in memory."""
+
+    def document(moved: float, *, n_keys: int = 5) -> Document:
+        keys = tuple(Key(f"k{i}", 0.1 * i, moved if i == 2 else 0.1 * i) for i in range(n_keys))
+        return Document((ClipFile("/a.bvh"),), keys=keys, options={"length": "65%"})
+
+    first = History(document(0.2))
+    second = first.edit(document(0.3), label="move key")
+    assert second.present == document(0.3)
+    assert second.present.clips is first.present.clips
+    assert second.present.options is first.present.options
+    for place in (0, 1, 3, 4):
+        assert second.present.keys[place] is first.present.keys[place]
+    # A key that goes, and one that comes: the others are found again by their ids.
+    fewer = second.edit(replace(document(0.3), keys=document(0.3).keys[1:]), label="remove key")
+    assert all(one is other for one, other in zip(fewer.present.keys, second.present.keys[1:], strict=True))
+    more = fewer.edit(document(0.3, n_keys=6), label="add keys")
+    assert more.present == document(0.3, n_keys=6)
+    assert more.present.keys[1] is second.present.keys[1]

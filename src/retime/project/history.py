@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from retime.project.document import Document
 
@@ -88,7 +89,7 @@ class History:
         before = replace(self, done=self.done[:-1]) if going_on else self.sealed()
         if document == before.present:
             return before
-        step = Step(label, "" if done else gesture, document)
+        step = Step(label, "" if done else gesture, _made_of(before.present, document))
         return replace(before, done=(*before.done, step), undone=())
 
     def sealed(self) -> History:
@@ -109,3 +110,28 @@ class History:
         if not self.undone:
             return self
         return replace(self, done=(*self.done, self.undone[-1]), undone=self.undone[:-1])
+
+
+def _made_of(known: Document, document: Document) -> Document:
+    """Return an equal document that has the very parts of another, wherever both are equal.
+
+    A page sends all of a document for each key that is moved, and a day of steps stays in memory.
+    """
+    old, new = _values(known), _values(document)
+    return replace(document, **{name: _kept(old[name], value) for name, value in new.items() if value is not old[name]})
+
+
+def _values(document: Document) -> dict[str, Any]:
+    return {field.name: getattr(document, field.name) for field in fields(document)}
+
+
+def _kept(old: Any, new: Any) -> Any:
+    if new == old:
+        return old
+    if not isinstance(new, tuple) or not isinstance(old, tuple):
+        return new
+    # Keys and their like are found again by their ids, the others by their places.
+    by_id = {getattr(one, "id", place): one for place, one in enumerate(old)}
+    return tuple(
+        known if (known := by_id.get(getattr(one, "id", place))) == one else one for place, one in enumerate(new)
+    )
