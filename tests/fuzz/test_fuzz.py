@@ -115,6 +115,20 @@ def test_hostile_requests_are_refused() -> None:
     ended_well(tally, f"{server_requests.N_REQUESTS} are refused")
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="looks at a process as only Linux shows it")
+@pytest.mark.skipif(
+    any(find_spec(package) is None for package in ("starlette", "uvicorn", "websockets")),
+    reason="needs the packages that serve",
+)
+def test_an_editor_is_edited_in_every_way_and_does_not_grow_by_much() -> None:
+    from tests.fuzz import soak
+
+    found = soak.soak(40)
+    assert found.edits > 80
+    # What it holds for ever, and what the first searches keep for the next.
+    assert 0 < found.begun <= found.ended < found.begun + (64 << 20)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="a kill of POSIX")
 def test_kills_lose_nothing_that_was_acknowledged() -> None:
     from tests.fuzz import kills
