@@ -16,13 +16,14 @@ from retime.formats.curves.usd_package import packed
 from retime.formats.read_options import ReadOptions
 from retime.formats.registry import facts_of, retime_file
 from retime.warp.curve import Warp
-from tests.formats.curves.test_usd import CLIP, WITH_CLIPS, a_warp, pairs
 from tests.formats.curves.usd_scenes import DrawnScene
 from tests.reference import usd as literal
 
 pytest.importorskip("pxr", reason="usd-core is not installed (make extras)")
 
 from pxr import Sdf, Usd
+
+from tests.formats.curves.test_usd import CLIP, WITH_CLIPS, a_warp, pairs
 
 pytestmark = pytest.mark.extras
 
