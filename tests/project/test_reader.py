@@ -11,6 +11,7 @@ from retime.motion.signal import Signal
 from retime.project.document import ClipFile, Document
 from retime.project.faults import FaultyError
 from retime.project.reader import Reader
+from tests.formats.curves.scenes import skinned_scene
 
 
 @pytest.fixture
@@ -53,3 +54,20 @@ def test_what_can_not_be_read_so_is_blamed_on_the_clip(table: str, file: dict[st
     with pytest.raises(FaultyError, match=says) as caught:
         Reader().read(Document((ClipFile(table, **file),)))
     assert caught.value.fault.clip == 0
+
+
+def test_a_mesh_that_is_damaged_is_told_once_and_the_clip_is_read_all_the_same(tmp_path: Path) -> None:
+    whole, broken = skinned_scene(1, 20), skinned_scene(1, 20)
+    broken.json["meshes"][0]["primitives"] = {}
+    for name, scene in (("whole", whole), ("broken", broken)):
+        (tmp_path / f"{name}.glb").write_bytes(scene.glb())
+    reader, document = Reader(), Document((ClipFile(str(tmp_path / "broken.glb")),))
+    with pytest.warns(RetimeWarning, match="its mesh is not shown: .*one of primitives"):
+        (skin,) = reader.read(document).skins
+    assert skin is None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = reader.read(document)
+        assert found.clips[0].n_frames == 20
+        (skin,) = Reader().read(Document((ClipFile(str(tmp_path / "whole.glb")),))).skins
+    assert skin is not None

@@ -207,7 +207,7 @@ export class App {
     const target = options.shortcutsFrom === "element" ? root : window;
     const asleep = (): boolean => this.dialogs.isOpen || !store.document;
     const end = listen(target, this.shortcuts, asleep);
-    this.clipboard.listen(root.ownerDocument, root, asleep, signal);
+    this.clipboard.listen(root, target === window, asleep, signal);
     signal.addEventListener("abort", () => {
       end();
       size.disconnect();

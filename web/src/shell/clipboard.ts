@@ -23,12 +23,16 @@ export class Clipboard {
     private readonly say: (kind: NoticeKind, text: string) => void,
   ) {}
 
-  /** Take the browser's own copy, cut and paste, wherever no text is taken; `asleep` says when there is nothing to. */
-  listen(target: Document, root: HTMLElement, asleep: () => boolean, signal: AbortSignal): void {
+  /**
+   * Take the browser's own copy, cut and paste, wherever no text is taken; `asleep` says when there is nothing to. Where
+   * the editor is all of the page, it need not have the focus.
+   */
+  listen(root: HTMLElement, isWholePage: boolean, asleep: () => boolean, signal: AbortSignal): void {
+    const target = root.ownerDocument;
     const isOurs = (event: Event): boolean => {
       const focused = target.activeElement;
-      const elsewhere = focused !== null && focused !== target.body && !root.contains(focused);
-      if (asleep() || event.defaultPrevented || elsewhere || takesText(focused)) return false;
+      const isHere = root.contains(focused) || (isWholePage && (focused === null || focused === target.body));
+      if (asleep() || event.defaultPrevented || !isHere || takesText(focused)) return false;
       // Marked text, as that of a notice, is copied as such.
       return (target.getSelection()?.toString() ?? "") === "";
     };

@@ -34,7 +34,7 @@ export class StageCamera {
     const angle = way.length() > first.height ? Math.atan2(way.x, way.z) + 62 * DEGREES : 35 * DEGREES;
     const size = follow ? first.reach : Math.max(first.reach, 0.42 * across);
     const target = follow ? new THREE.Vector3(0, 0, 0) : new THREE.Vector3(centre.x, 0, centre.z);
-    target.y = first.level + 0.5 * first.reach;
+    target.y = first.level + 0.5 * first.tall;
     this.controls.target.copy(target);
     const distance = 2.5 * size;
     this.camera.position.set(

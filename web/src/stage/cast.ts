@@ -30,7 +30,9 @@ function lengthOf(pose: Float32Array): number {
 export class Cast {
   readonly height: number;
   readonly level: number;
-  /** What a camera has to have in view: as tall as the figure, or as its mesh. */
+  /** As tall as the figure, or as its mesh. */
+  readonly tall: number;
+  /** What a camera has to have in view. */
   readonly reach: number;
   readonly output: Figure;
   readonly companion: Figure;
@@ -53,9 +55,9 @@ export class Cast {
     this.height = heightOf(clip);
     this.level = groundOf(clip);
     const first = poseAt(clip, 0, new Float32Array(3 * clip.n_nodes));
-    const top = hasSkin(clip) ? topOf(clip, first, 0) - this.level : 0;
+    this.tall = Math.max(this.height, hasSkin(clip) ? topOf(clip, first, 0) - this.level : 0);
     // Who stands on four legs is longer than tall.
-    this.reach = Math.max(this.height, top, LONG * lengthOf(first));
+    this.reach = Math.max(this.tall, LONG * lengthOf(first));
     this.output = new Figure(clip, this.height, { color: own ?? palette["figure-output"], opacity: 1 });
     this.companion = new Figure(clip, this.height, { color: palette["figure-input"], opacity: 1 });
     if (hasSkin(clip)) {

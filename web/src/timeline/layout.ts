@@ -31,7 +31,7 @@ export interface Layout {
 
 export const GUTTER = 72;
 /** Heights, pixels. */
-const RULER = 24;
+const RULER = 28;
 const HEAT = 13;
 const FEET = 17;
 const SOUND = 30;

@@ -168,12 +168,12 @@ export function take(event: Event): void {
   event.stopPropagation();
 }
 
-/** Leave the focus where it is, or take it from a field, when a handle is pressed: the arrows stay the playhead's. */
+/** Give the editor the focus, not the handle, when a handle is pressed: the arrows stay the playhead's. */
 export function keepFocus(handle: HTMLElement): void {
   handle.addEventListener("mousedown", (event) => {
+    if (document.activeElement === handle) return;
     event.preventDefault();
-    const focused = document.activeElement;
-    if (focused instanceof HTMLElement && focused !== handle) focused.blur();
+    handle.closest<HTMLElement>(".retime")?.focus({ preventScroll: true });
   });
 }
 

@@ -58,7 +58,7 @@ export class MarkHandles {
     this.ends.forEach((handle, i) => {
       const time = area ? area[SIDES[i] as Side] : 0;
       const x = outputX(layout, scales, time) - map.x + MARGIN;
-      move(handle, x, ruler.y + 4, area !== null && x > MARGIN - 4 && x < map.width + MARGIN + 4);
+      move(handle, x, ruler.y + ruler.height - 3, area !== null && x > MARGIN - 4 && x < map.width + MARGIN + 4);
       describe(handle, time, 0, hand.outputEnd, said(store, time));
     });
   }

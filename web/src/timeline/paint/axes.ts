@@ -13,6 +13,8 @@ const SPEED_NAMES = new Map([
   [0, "hold"],
   [-1 / 4, "−¼×"],
 ]);
+/** Above the head of the playhead, which else would lie on them. */
+const LABEL_Y = 8;
 /** Pixels from one label to the next at least. */
 const SPEED_ROOM = 12;
 
@@ -32,7 +34,7 @@ export function outputAxis(canvas: Canvas): void {
     pen.fillStyle = palette["line-strong"];
     pen.fillRect(x, layout.ruler.height - 5, 1, 5);
     const said = text(value);
-    if (x + 4 + pen.measureText(said).width <= right) label(canvas, said, x + 4, layout.ruler.height / 2, "left");
+    if (x + 4 + pen.measureText(said).width <= right) label(canvas, said, x + 4, LABEL_Y, "left");
   }
   label(canvas, "Output", 8, layout.ruler.height / 2, "left", palette.output);
 }

@@ -16,7 +16,7 @@ export function workArea(canvas: Canvas, knots: Knots): void {
   clipped(canvas, { ...ruler, height: ruler.y + ruler.height }, () => {
     pen.fillStyle = palette.playhead;
     pen.globalAlpha = 0.5;
-    pen.fillRect(from, ruler.y + 2, to - from, 4);
+    pen.fillRect(from, ruler.y + ruler.height - 5, to - from, 4);
     pen.globalAlpha = 1;
   });
   pen.fillStyle = palette.panel;
