@@ -39,6 +39,8 @@ export const BY_HAND: readonly (readonly [string, string])[] = [
   ["Scroll, Shift+scroll", "Zoom, move along"],
   ["Tab to a keytime, arrows", "Move it by a frame, with Shift by ten"],
   ["Double-click a speed", "Set it free again"],
+  ["Double-click the ruler", "Put a marker"],
+  ["Drag across a field", "Change its value; with Shift, ten times as fast"],
   ["Esc while dragging", "Cancel the drag"],
   ["Ctrl+C, Ctrl+X, Ctrl+V", "Copy, cut, paste keytimes at the playhead"],
 ];

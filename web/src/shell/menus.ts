@@ -1,17 +1,23 @@
 /** What the right mouse button offers, wherever it is pressed. */
 
 import type { Connection } from "../connection";
-import { deleteItem } from "../deleting";
+import { deleteItem, deleteSelected } from "../deleting";
 import { changeKey, changeLock, findKey, findLock, setOption } from "../document";
 import { findFlight } from "../flights";
+import { clearWorkArea, findMarker, setWorkArea } from "../markers";
 import { setMedia } from "../media/edits";
 import type { Dialogs } from "../panels/dialogs/dialogs";
 import type { Player } from "../player";
+import { snapped } from "../scale";
 import { cameraOf } from "../stage/cameras";
 import { NAVIGATIONS } from "../stage/navigation";
+import { hasSkin } from "../stage/skinned";
 import type { Stage } from "../stage/stage";
 import type { Store } from "../store";
 import type { Timeline } from "../timeline/timeline";
+import { changeKeys } from "../together";
+import { said } from "../units";
+import { outputEnd } from "../warp";
 import { Menu, type MenuGroups, type MenuItem } from "./menu";
 
 export interface Places {
@@ -96,6 +102,24 @@ function handleItems({ store, connection, player }: Places): MenuGroups | null {
     keys: "Del",
     action: () => deleteItem(store, connection, selection),
   });
+  if (selection.kind === "marker") return markerItems(selection.id, remove("Delete the marker"), { store, player });
+  const { chosenKeys } = store;
+  if (selection.kind === "key" && chosenKeys.size > 1) {
+    const set = (speed: number | null, label: string) => () => edit(changeKeys(document, chosenKeys, { speed }), label);
+    return [
+      [
+        {
+          text: `Delete ${chosenKeys.size} keytimes`,
+          keys: "Del",
+          action: () => deleteSelected(store, connection),
+        },
+      ],
+      [
+        { text: "Play at its own speed there (1×)", action: set(1, "set speed at keys") },
+        { text: "Leave the speed free", action: set(null, "free speed at keys") },
+      ],
+    ];
+  }
   if (selection.kind === "key") {
     const key = findKey(document, selection.id);
     if (!key) return null;
@@ -147,12 +171,42 @@ function handleItems({ store, connection, player }: Places): MenuGroups | null {
   ];
 }
 
-function mapItems(x: number, { timeline, player }: Places): MenuItem[] {
-  const time = timeline.timeAtPixel(x);
-  if (time === null) return [];
+function markerItems(
+  id: string,
+  remove: MenuItem,
+  { store, player }: Pick<Places, "store" | "player">,
+): MenuGroups | null {
+  const marker = store.document && findMarker(store.document, id);
+  if (!marker) return null;
+  const go = (): void => {
+    if (marker.on === "output") player.scrub(marker.time);
+    else player.scrubInput(marker.time);
+  };
+  return [[remove, { text: "Go to it", action: go }]];
+}
+
+function mapItems(x: number, { store, connection, timeline, player }: Places): MenuItem[] {
+  const under = timeline.timeAtPixel(x);
+  const { document, knots, view } = store;
+  if (under === null || !document || !knots) return [];
+  const time = view.snap ? snapped(under, store.rate) : under;
+  const bound = (side: "start" | "end") => () =>
+    connection.edit(setWorkArea(document, side, time, outputEnd(knots)), "set work area");
   return [
-    { text: `Keytime at ${time.toFixed(2)} s`, action: () => timeline.addKeyAt(time) },
+    { text: `Keytime at ${said(store, time)}`, action: () => timeline.addKeyAt(time) },
+    { text: "Marker here", keys: "M", action: () => timeline.mark("output", time) },
     { text: "Playhead here", action: () => player.scrub(time) },
+    { text: "Work area begins here", keys: "Shift+I", action: bound("start") },
+    { text: "Work area ends here", keys: "Shift+O", action: bound("end") },
+    ...(document.work_area
+      ? [
+          {
+            text: "Work on all of the output",
+            keys: "Shift+X",
+            action: () => connection.edit(clearWorkArea(document), "clear work area"),
+          },
+        ]
+      : []),
   ];
 }
 
@@ -160,12 +214,22 @@ function timelineItems({ store, timeline }: Places): MenuItem[] {
   return [
     { text: "Show all of the output", keys: "F", action: () => timeline.fit() },
     { text: "Snap to frames", checked: store.view.snap, action: () => store.look({ snap: !store.view.snap }) },
+    {
+      text: "Ripple: what follows moves along",
+      keys: "R",
+      checked: store.view.ripple,
+      action: () => store.look({ ripple: !store.view.ripple }),
+    },
   ];
 }
 
 function stageItems({ store, stage, dialogs }: Places): MenuGroups {
   const { view } = store;
-  const flip = (name: "follow" | "ground" | "trails" | "onion" | "through", text: string, keys?: string): MenuItem => ({
+  const flip = (
+    name: "follow" | "ground" | "trails" | "onion" | "ghost" | "mesh" | "through",
+    text: string,
+    keys?: string,
+  ): MenuItem => ({
     text,
     ...(keys === undefined ? {} : { keys }),
     checked: view[name],
@@ -188,6 +252,8 @@ function stageItems({ store, stage, dialogs }: Places): MenuGroups {
       flip("ground", "Ground"),
       flip("trails", "Trails", "T"),
       flip("onion", "Onion skins", "O"),
+      flip("ghost", "The matched pose", "G"),
+      ...(store.clips.some(hasSkin) ? [flip("mesh", "The character's own mesh")] : []),
     ],
     NAVIGATIONS.map(({ name, text }) => ({
       text: `Turn it as in ${text}`,
