@@ -62,7 +62,7 @@ def test_a_document_comes_back_as_it_was() -> None:
         ('{"type": "undo", "revision": true}', "undo.revision: expected a number, found true"),
         ('{"type": "undo", "revision": 1, "sudo": 1}', 'undo: unknown field "sudo"'),
         ('{"type": "hello", "version": NaN}', "NaN is not a number"),
-        ('{"type": "hello", "version": 1e999}', "expected a whole number"),
+        ('{"type": "hello", "version": 1e999}', "the number 1e999 is too large"),
         ("{", "not JSON"),
         ("[" * 100_000, "deep"),
         ('{"type": "hello", "version": ' + "9" * 5000 + "}", "digits"),
