@@ -225,6 +225,13 @@ def test_files_beside_go_along(library: Path, tmp_path: Path) -> None:
     ]
     assert (tmp_path / "out" / "c_labels.csv").read_text().startswith("start_t,end_t,act\n0,0.1")
     assert "c_labels.csv" not in frames
+    # Each variant has labels of its own, under its name: the new library is one whose labels are found again.
+    given = {"variants": 2, "seed": 1, "beside": ["{stem}_labels.csv"]}
+    done(library, tmp_path / "varied", given)
+    assert {path.name for path in (tmp_path / "varied").glob("*.csv")} == {"c_1_labels.csv", "c_2_labels.csv"}
+    again = done(tmp_path / "varied", tmp_path / "again", {"length": "50%", "beside": ["{stem}_labels.csv"]})
+    assert again.counts["failed"] == 0
+    assert {path.name for path in (tmp_path / "again").glob("*.csv")} == {"c_1_labels.csv", "c_2_labels.csv"}
 
 
 def test_cuts_of_100style_are_honoured_and_remapped(tmp_path: Path) -> None:

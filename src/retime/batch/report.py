@@ -114,7 +114,8 @@ def _worst(made: Sequence[Record]) -> str:
         for value in (knots[:, 1].min(), knots[:, 1].max()):
             panel.rule(float(value), f"{value:.3g}")
         panel.line(knots[:, 0], knots[:, 1])
-        words = f"{record.flights_kept} of {record.flights} flights kept, up to {_fastest(record):.1f}x"
+        flights = f"{record.flights_kept} of {record.flights} flights kept" if record.flights else "no flights"
+        words = f"{flights}, up to {_fastest(record):.1f}x"
         pictures.append(
             f"<figure>{panel.svg()}<figcaption>{html.escape(record.output)}<br><span class=quiet>{words}</span>"
             "</figcaption></figure>"

@@ -176,8 +176,9 @@ def _task(
     for pattern in treatment.beside:
         source = clip.path.with_name(pattern.replace("{stem}", stem))
         if source.is_file():
-            relative = str(PurePosixPath(clip.name).with_name(source.name))
-            beside.append((str(source), tuple(_numbered(relative, treatment.variants))))
+            # Named by the clip that it then belongs to: of a variant, that.
+            names = (place.with_name(pattern.replace("{stem}", place.stem)) for place in map(PurePosixPath, places))
+            beside.append((str(source), tuple(map(str, names))))
     return ClipTask(
         str(clip.path),
         clip.name,
