@@ -17,6 +17,7 @@ from retime.errors import OptionError, RetimeWarning
 from retime.kernels import StepPairs, n_threads
 from retime.limits import MAX_STEP
 from retime.motion.any_motion import AnyMotion
+from retime.motion.contacts import runs
 from retime.search import options
 from retime.search.estimate import align_seconds, check_fits
 from retime.search.keytimes import asking_for_a_share
@@ -40,6 +41,8 @@ SOLVE = options.names("solve", "align")
 _NO_TEMPO = {"evenness": 0.0, "keep_flights": 0.0}
 # A cycle meets where its ends are nearer than this share of the median distance between its frames.
 _MEETS = 0.55
+# Seconds: across a longer gap what is bridged may be far from what was there.
+_LONGEST_BRIDGE = 0.2
 
 
 def align(
@@ -98,7 +101,8 @@ def align(
     Warns
     -----
     RetimeWarning
-        A reference that is repeated does not end as it begins.
+        A reference that is repeated does not end as it begins; or values are missing of either for a fifth of a second
+        or more: there both are compared by what is bridged.
 
     Examples
     --------
@@ -166,6 +170,8 @@ class AlignSession(Session):
                 f"{self.motion.duration:g} s: nothing is played at less than 1/{MAX_STEP} of its speed",
                 option="repeat",
             )
+        for track in (self._tracks, self._reference_tracks[0]):
+            _warn_of_gaps(track, self.rate)
         if self.repeat > 1:
             self._reference_tracks = tuple(_repeated(track, self.repeat) for track in self._reference_tracks)
         self.length = 1 + round(self._reference_tracks[0].end_time * float(self.motion.rate))
@@ -249,6 +255,22 @@ class AlignSession(Session):
         forbid(prices, plan.allowed, steps)
         start, end = end_costs(plan.allowed, steps)
         return aligned_path(poses, model, prices, steps=steps, anchors=plan.anchors, start_cost=start, end_cost=end)
+
+
+def _warn_of_gaps(track: PoseTracks, rate: float) -> None:
+    """Warn where values are missing for longer than they can be bridged without a doubt."""
+    missing = track.missing_at(np.arange(track.count_at(rate)) / rate) if track.has_gaps else np.zeros(0, dtype=bool)
+    spans = [(first / rate, stop / rate) for first, stop in runs(missing) if stop - first > _LONGEST_BRIDGE * rate]
+    if spans:
+        where = ", ".join(f"{start:.2f}..{end:.2f}" for start, end in spans[:4])
+        more = f" and {len(spans) - 4} more" if len(spans) > 4 else ""
+        warnings.warn(
+            f"{track.name} misses values for {sum(end - start for start, end in spans):.1f} s (seconds {where}{more}). "
+            "Each moment is kept in step with one, so there it goes by what is bridged over the gap: look at the "
+            "result, or put keytimes beside it",
+            RetimeWarning,
+            stacklevel=4,
+        )
 
 
 def _even_score(plan: SearchPlan, poses: FloatArray, model: Model) -> float:

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retime.arrays import BoolArray, FloatArray
+from retime.arrays import BoolArray, FloatArray, IntArray
 from retime.brief import brief_repr
+from retime.errors import OptionError
 from retime.search.estimate import check_fits, example_seconds
 from retime.search.example.cover import Cover, cover_of
 from retime.search.example.timing import extreme_speeds, hand_log_speeds
-from retime.search.poses.references import ModelPoses
+from retime.search.poses.references import ModelPoses, PoseTracks
 from retime.warp.curve import Warp
 
 # Medians of the distances between any two frames of the clip. Farther than this from the example a frame is not
@@ -49,7 +50,8 @@ class ExampleReading:
     log_speeds : float array, shape (n_samples,)
         Logarithm of the speed that each moment of the input should have; 0 is its own.
     distances : float array, shape (n_samples,)
-        To what is nearest in the example, in medians of the distances between any two moments of the input.
+        To what is nearest in the example, in medians of the distances between any two moments of the input; infinite
+        where something is missing of the input.
     slowest, fastest : float
         Speeds that the hand gave; 1 lies between them.
     closed : bool
@@ -112,14 +114,18 @@ class ExampleReading:
                 "the example's ends don't meet, and nothing like it was found before or after it: half a second on "
                 "either side is taken to keep its speed. A whole cycle (of a walk, two steps) makes a better example"
             )
-        if 1 - self.share > _MANY_FAR:
-            spans = self.unspoken
-            where = ", ".join(f"{start:.2f}..{end:.2f}" for start, end in spans[:4])
-            more = f" and {len(spans) - 4} more" if len(spans) > 4 else ""
-            at = f" (input seconds {where}{more})" if spans else ""
+        missing = np.isinf(self.distances)
+        far = (self.distances > FAR) & ~missing
+        if np.mean(far) > _MANY_FAR:
+            at = _where(_stretches(far, self.rate), self.rate)
             said.append(
-                f"of {1 - self.share:.0%} of the clip the example says little{at}: it has nothing like that, and what "
+                f"of {np.mean(far):.0%} of the clip the example says little{at}: it has nothing like that, and what "
                 "is quite unlike keeps its own speed"
+            )
+        if gaps := _stretches(missing, self.rate):
+            said.append(
+                f"values of the clip are missing{_where(gaps, self.rate)}: nothing can be looked up there, so the "
+                "speed goes on as beside the gap"
             )
         return tuple(said)
 
@@ -158,9 +164,19 @@ def read_example(
         Frames of the example whose speeds are averaged.
     elsewhere : bool
         The example lies in another clip than the input.
+
+    Raises
+    ------
+    OptionError
+        Nothing of the input, or of the example, is without gaps.
     """
     pose, velocity = _motion(poses.input.at_rate(rate, low_pass), rate, time_scale)
     clips = [_motion(track.at_rate(rate, low_pass), rate, time_scale) for track in poses.references]
+    # What is bridged over a gap was never there: nothing is looked up by it, or found in it.
+    known = np.flatnonzero(~_lost(poses.input, len(pose), rate))
+    if not len(known):
+        raise OptionError(f"no moment of {poses.input.name} is without gaps: bridge them (--gaps bridge:SECONDS)")
+    n_input, pose, velocity = len(pose), pose[known], velocity[known]
     own = np.concatenate([pose, velocity], axis=1)
     median = _median_distance(own)
     first, last = (round(time * rate) for time in span)
@@ -173,16 +189,23 @@ def read_example(
     whole = np.concatenate(clips[0], axis=1)
     # A cycle is told by the clip's own measure.
     cover = cover_of(whole, first, last, rate=rate, median=_median_distance(whole) if elsewhere else median)
-    said = _said_by(cover, hand, span[0], rate)
-    pool = [(there[cover.frames], moving[cover.frames]) for there, moving in clips]
+    there = cover.frames[~_lost(poses.references[0], len(whole), rate)[cover.frames]]
+    if not len(there):
+        raise OptionError("no frame of the example is without gaps: bridge them (--gaps bridge:SECONDS)")
+    said = _said_by(cover, there, hand, span[0], rate)
+    pool = [(shown[there], moving[there]) for shown, moving in clips]
     tempo = _tempo((pose, velocity), pool, n_neighbors) if elsewhere else 1.0
-    features = np.concatenate([np.concatenate([there, tempo * moving], axis=1) for there, moving in pool])
-    log_speeds, distances = _looked_up(own, features, np.tile(said, len(pool)), n_neighbors)
+    features = np.concatenate([np.concatenate([shown, tempo * moving], axis=1) for shown, moving in pool])
+    found, near = _looked_up(own, features, np.tile(said, len(pool)), n_neighbors)
     if median > 0:
-        distances = distances / median
-    faded = distances - (np.quantile(distances, _NEAREST_SHARE) if elsewhere else 0.0)
-    log_speeds = log_speeds * np.clip((_FADED - faded) / (_FADED - _FADES), 0.0, 1.0)
-    log_speeds = log_speeds * _alike_in_pace(own, velocity, features, n_neighbors)
+        near = near / median
+    faded = near - (np.quantile(near, _NEAREST_SHARE) if elsewhere else 0.0)
+    found = found * np.clip((_FADED - faded) / (_FADED - _FADES), 0.0, 1.0)
+    found = found * _alike_in_pace(own, velocity, features, n_neighbors)
+    # Across a gap the speed goes on as beside it.
+    log_speeds = np.interp(np.arange(n_input), known, found)
+    distances = np.full(n_input, np.inf)
+    distances[known] = near
     if not elsewhere:
         inside = np.arange(first, last + 1)
         log_speeds[inside] = hand_log_speeds(hand, inside / rate - span[0], 1 / rate)
@@ -202,6 +225,15 @@ def read_example(
         elsewhere,
         len(pool) > 1,
     )
+
+
+def _lost(track: PoseTracks, n_frames: int, rate: float) -> BoolArray:
+    """Tell where something is missing, or a velocity would be told by what is."""
+    lost = np.zeros(n_frames, dtype=bool)
+    if track.has_gaps:
+        for beside in (-1, 0, 1):
+            lost |= track.missing_at((np.arange(n_frames) + beside) / rate)
+    return lost
 
 
 def _motion(poses: FloatArray, rate: float, time_scale: float) -> tuple[FloatArray, FloatArray]:
@@ -224,10 +256,10 @@ def _alike_in_pace(own: FloatArray, velocity: FloatArray, features: FloatArray, 
     return np.asarray(np.clip((np.minimum(pace, 1 / pace) - low) / (high - low), 0.0, 1.0))
 
 
-def _said_by(cover: Cover, hand: Warp, start: float, rate: float) -> FloatArray:
-    """Logarithms of speeds of the frames that an example is made of; 0 where nobody retimed them."""
-    said = hand_log_speeds(hand, cover.frames / rate - start, 1 / rate)
-    return np.where((cover.frames >= cover.first) & (cover.frames <= cover.last), said, 0.0)
+def _said_by(cover: Cover, frames: IntArray, hand: Warp, start: float, rate: float) -> FloatArray:
+    """Logarithms of speeds of some frames that an example is made of; 0 where nobody retimed them."""
+    said = hand_log_speeds(hand, frames / rate - start, 1 / rate)
+    return np.where((frames >= cover.first) & (frames <= cover.last), said, 0.0)
 
 
 def _tempo(
@@ -268,6 +300,15 @@ def _median_distance(points: FloatArray) -> float:
     chosen = points[np.unique(np.linspace(0, len(points) - 1, min(len(points), _SAMPLED)).round().astype(np.int64))]
     apart = [np.sqrt(np.sum((chosen - point) ** 2, axis=1)) for point in chosen]
     return float(np.median(np.concatenate(apart)))
+
+
+def _where(spans: Sequence[tuple[int, int]], rate: float) -> str:
+    """Name some stretches of frames in words, by their input times."""
+    if not spans:
+        return ""
+    named = ", ".join(f"{first / rate:.2f}..{last / rate:.2f}" for first, last in spans[:4])
+    more = f" and {len(spans) - 4} more" if len(spans) > 4 else ""
+    return f" (input seconds {named}{more})"
 
 
 def _stretches(marked: BoolArray, rate: float) -> list[tuple[int, int]]:
