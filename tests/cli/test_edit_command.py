@@ -9,6 +9,7 @@ import os
 import re
 import shlex
 import signal
+import socket
 import subprocess
 import urllib.request
 from collections.abc import Iterator
@@ -206,3 +207,65 @@ def test_without_a_page_it_says_so_before_it_serves(run, clips, tmp_path, monkey
     monkeypatch.setattr("retime.server.PAGE", page)
     assert run("edit", clips.bvh, "--no-browser", code=1).stderr.endswith("make page\n")
     assert not (tmp_path / "state").exists()
+
+
+@needs_page
+def test_a_project_is_opened_like_a_clip(clips, run, tmp_path) -> None:
+    project = tmp_path / "limp.retime"
+    value = {"format": "retime-project", "version": 2, "document": {"clips": [{"path": str(clips.bvh)}]}}
+    project.write_text(json.dumps(value))
+    with edited(project, folder=tmp_path) as (process, address):
+        ended(process, address)
+    result = run("edit", project, clips.bvh, "--no-browser", code=2)
+    assert f"{project} is a project: open it alone, as retime edit {shlex.quote(str(project))}" in result.stderr
+    result = run("edit", project, "--new", "--no-browser", code=2)
+    assert "--new begins anew with clips" in result.stderr
+
+
+@needs_page
+def test_the_next_run_takes_the_same_port_where_that_is_free(clips, tmp_path) -> None:
+    with edited(clips.bvh, folder=tmp_path) as (process, address):
+        ended(process, address)
+    with edited(clips.bvh, folder=tmp_path) as (process, again):
+        assert again.split("/")[2] == address.split("/")[2]
+        # Its token is another, though.
+        assert again != address
+        ended(process, again)
+    port = int(address.split("/")[2].rpartition(":")[2])
+    with socket.socket() as taken:
+        taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        taken.bind(("127.0.0.1", port))
+        taken.listen()
+        with edited(clips.bvh, folder=tmp_path) as (process, other):
+            assert other.split("/")[2] != address.split("/")[2]
+            ended(process, other)
+
+
+@needs_page
+def test_clips_that_were_saved_are_found_again_and_one_can_begin_anew(clips, tmp_path) -> None:
+    from retime.project.workspace import new_document, open_document
+
+    state, project = tmp_path / "state", tmp_path / "limp.retime"
+    workspace = open_document(new_document([str(clips.bvh)]), folder=state)
+    workspace.save(project, workspace.history, workspace.warps, overwrite=False)
+    workspace.close()
+    command = [*COMMAND, "edit", str(clips.bvh), "--no-browser"]
+    for more, said in (([], f"going on with {project}, where these clips were saved"), (["--new"], "editing at ")):
+        process = subprocess.Popen(
+            [*command, *more],
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=tmp_path,
+            env={**os.environ, "RETIME_STATE": str(state)},
+        )
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()
+            assert line.startswith(said)
+            if not more:
+                assert f"to begin anew: retime edit {shlex.quote(str(clips.bvh))} --new" in line
+                assert process.stdout.readline().startswith("editing at ")
+        finally:
+            process.kill()
+            process.communicate()
+    assert project.exists()

@@ -13,6 +13,8 @@ import pytest
 
 from retime.errors import OptionError, OutputExistsError
 from retime.project.document import (
+    ClipFile,
+    Document,
     KeptWarp,
 )
 from retime.project.file import project_bytes, warp_id
@@ -169,7 +171,8 @@ def test_saving_under_another_name_goes_on_there(tmp_path) -> None:
     assert again.recovered
     assert again.history.present.keys[0].input_time == 0.04
     again.close()
-    assert list((tmp_path / "state" / "journals").iterdir()) == []
+    # Of the clips' own journal nothing is left; what is left says where they were saved.
+    assert [file.suffix for file in (tmp_path / "state" / "journals").iterdir()] == [".saved"]
 
 
 def test_kept_warps_are_recovered(tmp_path) -> None:
@@ -201,3 +204,64 @@ def test_a_journal_that_can_not_be_read_is_kept_and_told(tmp_path, damage) -> No
 def test_a_name_that_is_no_text_is_refused() -> None:
     with pytest.raises(OptionError, match="name that is text"):
         new_document([os.fsdecode(b"/clips/\xff.bvh")])
+
+
+def test_clips_that_were_saved_are_found_in_their_project(tmp_path) -> None:
+    state, place = tmp_path / "state", tmp_path / "p.retime"
+    workspace = open_document(numbered(0), folder=state)
+    edited(workspace, 3)
+    workspace.save(place, workspace.history, workspace.warps, overwrite=False)
+    edited(workspace, 4)
+    dead(workspace)
+    # The same clips: saved, and what came after the save is there too.
+    again = open_document(numbered(0), folder=state)
+    assert (again.path, again.resumed, again.recovered) == (place, True, True)
+    assert again.history.present.keys[0].input_time == 0.04
+    # Saved elsewhere, they are found there.
+    other = tmp_path / "q.retime"
+    again.save(other, again.history, again.warps, overwrite=False)
+    again.close()
+    third = open_document(numbered(0), folder=state)
+    assert (third.path, third.resumed, third.recovered) == (other, True, False)
+    third.close()
+    # Other clips are other work.
+    different = open_document(Document((ClipFile("/else.bvh"),)), folder=state)
+    assert (different.path, different.resumed) == (None, False)
+    different.close()
+
+
+def test_one_begins_anew_and_loses_nothing(tmp_path) -> None:
+    state, place = tmp_path / "state", tmp_path / "p.retime"
+    workspace = open_document(numbered(0), folder=state)
+    edited(workspace, 3)
+    workspace.save(place, workspace.history, workspace.warps, overwrite=False)
+    workspace.close()
+    saved = place.read_bytes()
+    anew = open_document(numbered(0), folder=state).begin_anew(state)
+    assert (anew.path, anew.resumed, anew.history.present) == (None, False, numbered(0))
+    assert place.read_bytes() == saved
+    # It stays anew; what was done since then is recovered, and set aside by who begins anew again.
+    edited(anew, 5)
+    dead(anew)
+    back = open_document(numbered(0), folder=state)
+    assert (back.path, back.recovered) == (None, True)
+    once_more = back.begin_anew(state)
+    assert once_more.history.present == numbered(0)
+    (kept,) = (state / "journals").glob("*.old-1")
+    assert str(kept) in once_more.notes[0]
+    assert read_journal(kept).history.present.keys[0].input_time == 0.05
+    once_more.close()
+
+
+def test_a_project_that_is_gone_is_told_and_the_clips_are_there(tmp_path) -> None:
+    state, place = tmp_path / "state", tmp_path / "p.retime"
+    workspace = open_document(numbered(0), folder=state)
+    edited(workspace, 3)
+    workspace.save(place, workspace.history, workspace.warps, overwrite=False)
+    workspace.close()
+    for broken in (lambda: place.write_text("no project"), place.unlink):
+        broken()
+        again = open_document(numbered(0), folder=state)
+        assert (again.path, again.history.present) == (None, numbered(0))
+        assert "can't be opened" in again.notes[0]
+        again.close()

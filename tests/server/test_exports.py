@@ -107,7 +107,7 @@ def test_an_export_is_what_the_command_line_writes(exporting, run, monkeypatch, 
     page.told()
     for what, name in (("motion", "page.bvh"), ("warp", "page.json")):
         page.say("export", what=what, path=name, clip=0, overwrite=True)
-        assert page.until("exported", "notice")["type"] == "exported"
+        assert page.until("exported", "refused")["type"] == "exported"
     run("warp", "jump.bvh", *arguments.split(), "-o", "line.bvh", "--save", "line.json", "--force", "-q")
     assert (served.folder / "page.json").read_bytes() == (served.folder / "line.json").read_bytes()
     assert (served.folder / "page.bvh").read_bytes() == (served.folder / "line.bvh").read_bytes()
@@ -131,9 +131,9 @@ def test_a_curve_is_what_the_command_line_writes(exporting, run, monkeypatch, cu
     page.edit(**{**plain, "options": {"length": "80%"}})
     page.told()
     page.say("export", what="warp", path="page.json", clip=0, overwrite=True)
-    assert page.until("exported", "notice")["error"] == ""
+    assert page.until("exported", "refused")["error"] == ""
     page.say("export_curve", **{"rate": "", "start": "", "item": "", "overwrite": False, **curve})
-    done = page.until("exported", "notice")
+    done = page.until("exported", "refused")
     assert (done["type"], done["what"]) == ("exported", "curve")
     assert done["error"].endswith("at most, read back from the file")
     suffix = curve["path"][4:]
@@ -155,9 +155,9 @@ def test_a_curve_is_what_the_command_line_writes(exporting, run, monkeypatch, cu
 def test_a_curve_that_can_t_be_written_is_refused(exporting, curve, says) -> None:
     page, served, _ = exporting
     page.say("export_curve", **{"rate": "", "start": "", "item": "", "overwrite": False, **curve})
-    notice = page.until("exported", "notice")
-    assert notice["type"] == "notice"
-    assert says in notice["text"]
+    refused = page.until("exported", "refused")
+    assert refused["type"] == "refused"
+    assert says in refused["reason"]
     assert not list(served.folder.glob("x.*"))
 
 
@@ -169,7 +169,7 @@ def test_a_picture_and_the_clips_that_follow_are_what_the_command_line_writes(fo
         page.edit(keys=[KEY], clips=files, options={"length": "80%", "rate": "15"})
         for what, name, clip in (("picture", "page.svg", 0), ("motion", "page.bvh", 1)):
             page.say("export", what=what, path=name, clip=clip, overwrite=False)
-            assert page.until("exported", "notice")["type"] == "exported"
+            assert page.until("exported", "refused")["type"] == "exported"
     also = ("--also", "leap.bvh=line.bvh", "--group", "--rate", "15")
     run("warp", "jump.bvh", "--length", "80%", "--key", "2=1.5", *also, "--plot", "line.svg", "-q")
     assert (folder / "page.svg").read_bytes() == (folder / "line.svg").read_bytes()
@@ -185,7 +185,7 @@ def test_the_picture_of_an_example_that_is_carried_over_is_the_command_line_s(fo
         )
         for what, name in (("picture", "page.svg"), ("motion", "page.bvh")):
             page.say("export", what=what, path=name, clip=0, overwrite=False)
-            assert page.until("exported", "notice")["type"] == "exported"
+            assert page.until("exported", "refused")["type"] == "exported"
     Warp(np.array([0.0, 2.0]), np.array([0.0, 1.5])).save(folder / "hand.json")
     run("imitate", "jump.bvh", "--example", "0:90", "--warp", "hand.json", "-o", "line.bvh", "--plot", "line.svg", "-q")
     assert (folder / "page.svg").read_bytes() == (folder / "line.svg").read_bytes()
@@ -209,9 +209,9 @@ def test_an_export_that_would_destroy_something_is_refused(served, what, path, s
     before = {place.name: place.read_bytes() for place in served.folder.iterdir()}
     with served.ready_page() as page:
         page.say("export", what=what, path=path, clip=0, overwrite=path == "jump.bvh")
-        notice = page.until("exported", "notice")
-        assert notice["type"] == "notice"
-        assert says in notice["text"]
+        refused = page.until("exported", "refused")
+        assert refused["type"] == "refused"
+        assert says in refused["reason"]
     assert {place.name: place.read_bytes() for place in served.folder.iterdir()} == before
 
 

@@ -25,6 +25,32 @@ def test_a_dropped_file_can_be_opened(served) -> None:
         assert page.curve()["type"] == "curve"
 
 
+def test_a_dropped_project_is_opened_where_it_lies(served) -> None:
+    with served.ready_page() as page:
+        page.edit(keys=[{"id": "k", "input_time": 2.0, "output_time": 1.5, "speed": None}])
+        page.told()
+        (served.folder / "shots").mkdir()
+        page.say("save", path="shots/limp.retime", overwrite=False)
+        page.until("saved")
+        place = served.folder / "shots" / "limp.retime"
+
+        def drop(body: bytes):
+            return served.ask("/drop?name=limp.retime", method="POST", body=body, Origin=f"http://{served.host}")
+
+        page.say("open", path="leap.bvh")
+        page.told(opened=1)
+        answer = drop(place.read_bytes())
+        assert json.loads(answer.body) == {"path": str(place)}
+        page.say("open", path=str(place))
+        state = page.told(opened=2)
+        assert (state["path"], [key["id"] for key in state["document"]["keys"]]) == (str(place), ["k"])
+        # One that lies elsewhere names files that nobody finds.
+        answer = drop(place.read_bytes() + b" ")
+        assert answer.status == 415
+        assert "retime edit --project" in answer.body.decode()
+        assert [file.name for file in served.folder.rglob("*.retime")] == ["limp.retime"]
+
+
 def test_a_folder_is_listed(served) -> None:
     (served.folder / "more").mkdir()
     (served.folder / ".hidden.bvh").touch()

@@ -84,9 +84,47 @@ def test_two_pages_see_the_same_and_the_slower_one_is_told(served) -> None:
         # Both change revision 2 into 3; the first that comes wins.
         one.edit(options={"length": "80%"})
         assert one.told()["document"]["options"]["length"] == "80%"
-        other.edit(options={"length": "70%"})
-        assert "another window" in other.until("notice")["text"]
+        late = other.edit(options={"length": "70%"})
+        # It is told at once that another page was faster, before anything else of that revision, and what holds.
+        assert other.until("elsewhere", "state", "ack", revision=late)["type"] == "elsewhere"
         assert other.told()["document"]["options"]["length"] == "80%"
+        # Who was faster is told of nothing.
+        assert "elsewhere" not in one.heard
+        # Its next change builds on that.
+        other.edit(options={"length": "60%"})
+        assert other.told()["document"]["options"]["length"] == "60%"
+        assert one.until("elsewhere", revision=other.revision)
+
+
+def test_a_file_that_cannot_be_read_is_refused_and_the_document_stays(served, folder) -> None:
+    (folder / "broken.bvh").write_text("HIERARCHY\nROOT hips\n{\n")
+    with served.ready_page() as page:
+        page.edit(keys=[KEY])
+        before = page.told()
+        page.curve()
+        page.say("open", path="broken.bvh")
+        refused = page.until("refused", what="open", path="broken.bvh")
+        assert "broken.bvh" in refused["reason"]
+        page.say("open", path="none.bvh")
+        assert page.until("refused", path="none.bvh")
+        # Nothing was opened in its place, and editing goes on.
+        page.edit(options={"length": "80%"})
+        state = page.told()
+        assert (state["opened"], state["document"]["keys"]) == (before["opened"], [KEY])
+        assert page.curve()["type"] == "curve"
+
+
+def test_one_begins_anew_in_the_page(served) -> None:
+    with served.ready_page() as page:
+        page.edit(keys=[KEY])
+        page.told()
+        page.say("anew")
+        state = page.told(opened=1)
+        assert (state["document"]["keys"], state["undo_label"], state["path"]) == ([], None, None)
+        assert "is kept as" in page.until("notice")["text"]
+        page.curve()
+        page.edit(keys=[KEY])
+        assert page.told()["undo_label"] == "edit"
 
 
 def test_what_is_no_message_is_told_and_changes_nothing(served) -> None:

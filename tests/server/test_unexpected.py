@@ -16,6 +16,7 @@ from retime.project.workspace import Workspace
 from retime.server import app, files, shared_document, solver_thread
 from retime.server.messages import VERSION, Notice
 from retime.server.outbox import Outbox
+from retime.server.returning import Returning
 from retime.server.unexpected import words_for_page
 from tests.server.serving import KEY, serving
 
@@ -104,12 +105,12 @@ def test_a_fault_of_the_explanation_keeps_the_curve(served, broken) -> None:
 def test_a_fault_of_an_export_is_told_and_the_next_is_written(served, broken) -> None:
     with served.ready_page() as page:
         broken.once(solver_thread, "export_warp")
-        for kind in ("notice", "exported"):
+        for kind in ("refused", "exported"):
             page.say("export", what="warp", path="w.json", clip=0, overwrite=False)
-            told = page.until("notice", "exported")
+            told = page.until("refused", "exported")
             assert told["type"] == kind
-            if kind == "notice":
-                broken.logged(told["text"])
+            if kind == "refused":
+                broken.logged(told["reason"])
 
 
 @pytest.mark.parametrize("request_", ["listing", "found"])
@@ -156,7 +157,7 @@ def test_faults_of_saving_and_opening_are_told_and_the_next_works(served, broken
             lambda: page.say("open", path="leap.bvh"),
         ):
             say()
-            broken.logged(page.until("notice")["text"])
+            broken.logged(page.until("refused")["reason"])
             say()
             assert page.until("saved", "state")
 
@@ -181,7 +182,7 @@ def test_links_that_lead_in_a_circle_are_told_and_the_editor_goes_on(folder) -> 
             ("export", {"what": "motion", "path": "a.bvh", "clip": 0, "overwrite": True}),
         ):
             page.say(kind, **fields)
-            text = page.until("notice")["text"]
+            text = page.until("refused")["reason"]
             assert "symbolic link" in text, (kind, text)
             assert "fault" not in text
         clip = page.document["clips"][0]
@@ -258,6 +259,7 @@ def test_a_page_whose_going_is_found_out_by_the_sender_ends_quietly() -> None:
 
         editor = object.__new__(app.Editor)
         editor._shared = document
+        editor._command, editor.returning = "", Returning("")
         scope = {"type": "websocket", "path": "/socket", "headers": [], "query_string": b""}
         await asyncio.wait_for(editor._socket(WebSocket(scope, receive, send)), 30)
         return document

@@ -9,21 +9,23 @@ import { isMedia } from "./media/endings";
 import { FilmDialog } from "./media/film_dialog";
 import { MediaLoader } from "./media/loader";
 import { MediaPanel } from "./media/panel";
+import type { Refused } from "./messages";
 import { Dialogs } from "./panels/dialogs/dialogs";
 import { askForWelcome, WelcomeDialog } from "./panels/dialogs/welcome";
 import { Inspector } from "./panels/inspector";
 import { StageBar } from "./panels/stage_bar";
-import { TopBar } from "./panels/top";
+import { fileName, TopBar } from "./panels/top";
 import { Transport } from "./panels/transport";
 import { WhyPanel } from "./panels/why_panel";
 import { Player } from "./player";
 import { WhenQuiet } from "./quiet";
 import { Clipboard } from "./shell/clipboard";
+import { DropNote } from "./shell/drop_note";
 import { fileSender, listenForDrops, type TakeFiles, type Upload } from "./shell/files";
 import { Hint } from "./shell/hint";
 import { BY_HAND, shortcutTable } from "./shell/keyboard";
 import { listenForMenus } from "./shell/menus";
-import { Notices } from "./shell/notices";
+import { Notices, type Remedy } from "./shell/notices";
 import { ProgressBar, progressWords } from "./shell/progress";
 import { makeSplitter } from "./shell/splitter";
 import { Veil } from "./shell/veil";
@@ -61,6 +63,7 @@ export class App {
   private readonly notices = new Notices();
   private readonly veil = new Veil();
   private readonly progress: ProgressBar;
+  private readonly dropNote: DropNote;
   private readonly hint = new Hint(() => this.help());
   private readonly ends = new AbortController();
   /** What the panels have not shown yet. */
@@ -79,11 +82,14 @@ export class App {
     const drawn = (began: number): void => tellFrame(root, began);
     this.frames = new Frames(this.store, this.theme, this.player, (changed) => this.draw(changed), drawn);
     this.theme.listen(() => this.store.recolored());
+    this.dropNote = new DropNote(root);
     this.connection = this.makeConnection();
     const send = options.upload
       ? fileSender(
           options.upload,
-          (kind, text) => this.notices.say(kind, text),
+          (kind, text) => {
+            if (kind !== "error" || !this.dropNote.refuse(text)) this.notices.say(kind, text);
+          },
           (path) => this.openFile(path),
         )
       : null;
@@ -132,6 +138,7 @@ export class App {
       ),
       make("aside", { class: "side", "aria-label": "Properties" }, inspector.root, why.root),
       this.notices.root,
+      this.dropNote.root,
       this.veil.root,
     );
     this.veil.cover("Opening…");
@@ -157,11 +164,27 @@ export class App {
           this.hint.offer();
         },
         recovered: () =>
-          notices.say("warning", "The last session ended before this was saved. Everything that was done is back."),
-        lost: () =>
-          veil.cover(
-            "The server has stopped answering. What you did is kept: start retime edit again, and it goes on from there.",
+          notices.say(
+            "warning",
+            "The last session ended before this was saved. Everything that was done is back.",
+            this.beginAnew,
           ),
+        resumed: (path) =>
+          notices.say("warning", `This is ${fileName(path)}, where these clips were saved.`, this.beginAnew),
+        outrun: (label, action) =>
+          notices.say("warning", `“${label}” was not done: the document has changed meanwhile.`, {
+            word: "Do it again",
+            action,
+          }),
+        refused: (refused) => this.refused(refused),
+        written: (path) => this.dialogs.written(path),
+        lost: (command) => {
+          veil.coverWithCommand(
+            "The server has stopped answering. What you did is kept: start it again, and this page goes on from there.",
+            command,
+          );
+          this.dialogs.lost();
+        },
         outdated: () => veil.cover("This page is of another version than its server. Load it again."),
         renewed: () => this.renewed(),
       },
@@ -229,7 +252,7 @@ export class App {
       help: () => this.help(),
     });
     signal.addEventListener("abort", endMenus);
-    if (send) listenForDrops(root, store, this.connection, send, signal);
+    if (send) listenForDrops(root, store, this.connection, send, (event) => this.dropNote.dropped(event), signal);
     window.addEventListener(
       "beforeunload",
       (event) => {
@@ -261,9 +284,26 @@ export class App {
     for (const panel of this.panels) panel.update(changed);
   }
 
+  private get beginAnew(): Remedy {
+    return { word: "Begin anew", action: () => this.connection.beginAnew() };
+  }
+
+  /** A file was refused: that is said in the dialog that asks for it, beside the drop, or over the page. */
+  private refused(refused: Refused): void {
+    const { what, path, reason } = refused;
+    if (this.dialogs.refused(refused)) return;
+    if (what === "open" && this.dropNote.refuse(reason)) return;
+    const words = { open: "Not opened", save: "Not saved", export: "Not exported" }[what];
+    this.notices.say(
+      "error",
+      reason.includes(path) || path === "" ? `${words}: ${reason}` : `${words}: ${path}: ${reason}`,
+    );
+  }
+
   /** Another document was opened. */
   private renewed(): void {
     const { store } = this;
+    this.dropNote.taken();
     this.veil.cover("Opening…");
     this.notices.clear();
     store.select(null);

@@ -1,6 +1,8 @@
 /** The talk with the server: changes go out one at a time, answers land in the store. */
 
 import { type AtNextFrame, Gate } from "./gate";
+import { recallInTab, rememberInTab } from "./memory";
+import { rebased } from "./merge";
 import {
   type ArrayMessage,
   type Browse,
@@ -9,10 +11,12 @@ import {
   type Found,
   type Listing,
   type PageMessage,
+  type Refused,
   readArrays,
   type State,
   type TextMessage,
   VERSION,
+  type Welcome,
 } from "./messages";
 import type { Store } from "./store";
 
@@ -34,6 +38,16 @@ type Command =
   | { readonly type: "redo" }
   | { readonly type: "keep"; name: string };
 
+/** An edit that did not come into the document: what it was made of, and what it made of that. */
+interface LostEdit {
+  readonly base: Document;
+  readonly document: Document;
+  readonly label: string;
+}
+
+/** Of which run and document a person was told in this tab how it came about. */
+const TOLD = "retime.told";
+
 export interface ConnectionEvents {
   notice(kind: "info" | "warning" | "error", text: string): void;
   listing(listing: Listing): void;
@@ -41,7 +55,14 @@ export interface ConnectionEvents {
   connected(): void;
   /** What is open was recovered from a run of the editor that ended before it was saved. */
   recovered(): void;
-  lost(): void;
+  /** What is open is the project that the clips were saved in. */
+  resumed(path: string): void;
+  /** An edit is not in the document, for another window was faster or the server died; it can be done again. */
+  outrun(label: string, again: () => void): void;
+  refused(refused: Refused): void;
+  written(path: string): void;
+  /** The server does not answer any more; what starts it again, where a command does. */
+  lost(command: string): void;
   /** The page speaks another version than the server. */
   outdated(): void;
   /** A new document was opened: what belonged to the old one is over. */
@@ -63,6 +84,16 @@ export class Connection implements LinkEvents {
   /** When the hand moved, for curves that have not come yet and for those that have: for the tests' measurement. */
   private unansweredMoves: { revision: number; moves: readonly number[] }[] = [];
   private answeredMoves: number[] = [];
+  /** What the server said of itself last. */
+  private server: Welcome | null = null;
+  /** The document before the changes that have no answer yet, and the last of those. */
+  private base: Document | null = null;
+  private latest: { readonly document: Document; readonly label: string } | null = null;
+  private lost: LostEdit | null = null;
+  /** Whether the page waits to be told what another window made; and the gesture that was going on then. */
+  private stale = false;
+  private brokenGesture: string | null = null;
+  private openGesture: string | null = null;
 
   constructor(
     private readonly store: Store,
@@ -88,8 +119,19 @@ export class Connection implements LinkEvents {
 
   /** Change the document. Edits of a gesture that is not `done` are parts of one undo step. */
   edit(document: Document, label: string, gesture = this.newGesture(), done = true, moved = performance.now()): void {
-    if (!this.store.document) return;
+    const before = this.store.document;
+    if (!before) return;
+    if (!this.gate.busy || !this.base) this.base = before;
     this.store.setDocument(document);
+    if (this.stale || this.brokenGesture === gesture) {
+      // It was made of a document that holds no more: sent, it would undo what another window did.
+      this.lost = { base: this.lost?.base ?? this.base, document, label };
+      this.brokenGesture = done ? null : gesture;
+      this.offerAgain();
+      return;
+    }
+    this.latest = { document, label };
+    this.openGesture = done ? null : gesture;
     this.gate.offer({ type: "edit", gesture, done, label, document }, gesture, moved);
   }
 
@@ -143,9 +185,21 @@ export class Connection implements LinkEvents {
     return moves;
   }
 
+  /** With which this page can prove that it belongs to this editor; empty before it was told. */
+  get key(): string {
+    return this.server?.key ?? "";
+  }
+
+  /** Begin anew with the same clips. */
+  beginAnew(): void {
+    this.say({ type: "anew" });
+  }
+
   opened(link: Link): void {
     this.link = link;
     this.forget();
+    this.stale = false;
+    this.brokenGesture = null;
     this.store.setState(null);
     this.revision = 0;
     this.say({ type: "hello", version: VERSION });
@@ -153,15 +207,17 @@ export class Connection implements LinkEvents {
 
   closed(): void {
     this.link = null;
+    this.keepUnanswered();
     this.forget();
     this.store.setProgress(null);
-    this.events.lost();
+    this.events.lost(this.server?.command ?? "");
   }
 
   text(text: string): void {
     const message = JSON.parse(text) as TextMessage;
     switch (message.type) {
       case "welcome":
+        this.server = message;
         if (message.version === VERSION) this.events.connected();
         else this.events.outdated();
         break;
@@ -170,6 +226,12 @@ export class Connection implements LinkEvents {
         break;
       case "ack":
         this.answer(message.revision);
+        break;
+      case "elsewhere":
+        this.madeElsewhere(message.revision);
+        break;
+      case "refused":
+        this.events.refused(message);
         break;
       case "progress":
         this.store.setProgress(message);
@@ -183,9 +245,11 @@ export class Connection implements LinkEvents {
         break;
       case "saved":
         this.events.notice("info", `Saved ${message.path}`);
+        this.events.written(message.path);
         break;
       case "exported":
         this.events.notice("info", `Wrote ${message.path}${message.error && `: off by ${message.error}`}`);
+        this.events.written(message.path);
         break;
       case "listing":
         this.events.listing(message);
@@ -235,18 +299,60 @@ export class Connection implements LinkEvents {
       return;
     }
     this.revision = message.revision;
-    if (message.recovered && !before?.recovered) this.events.recovered();
+    this.stale = false;
     if (before && before.opened !== message.opened) {
       this.store.clear();
       this.events.renewed();
     }
+    this.tellOrigin(message);
     // While later changes wait, the page shows those: the document of an earlier answer would jump back.
     if (!this.gate.waits) this.store.setDocument(message.document);
     this.answer(message.revision);
+    this.offerAgain();
+  }
+
+  /** Say once in this tab where the document comes from, where it was not just opened. */
+  private tellOrigin({ recovered, resumed, path, opened }: State): void {
+    const which = `${this.server?.run ?? ""} ${opened}`;
+    if (!(recovered || resumed) || recallInTab(TOLD) === which) return;
+    rememberInTab(TOLD, which);
+    if (recovered) this.events.recovered();
+    else this.events.resumed(path ?? "");
+  }
+
+  /** Another window has made a revision: what this page has sent, or was about to send, is out of date. */
+  private madeElsewhere(revision: number): void {
+    this.keepUnanswered();
+    this.brokenGesture = this.openGesture;
+    this.forget();
+    this.revision = revision;
+    this.stale = true;
+  }
+
+  /** Remember what has no answer: the server may not have it. */
+  private keepUnanswered(): void {
+    const { base, latest } = this;
+    if (this.gate.busy && base && latest) this.lost = { base: this.lost?.base ?? base, ...latest };
+  }
+
+  /** Once it is known what holds, and no gesture goes on, offer to do again what was lost. */
+  private offerAgain(): void {
+    const { lost } = this;
+    const now = this.store.document;
+    if (!lost || this.stale || this.brokenGesture !== null || !now) return;
+    this.lost = null;
+    // It may have been written before the server died.
+    if (JSON.stringify(rebased(lost.base, lost.document, now)) === JSON.stringify(now)) return;
+    this.events.outrun(lost.label, () => {
+      const { document } = this.store;
+      if (document) this.edit(rebased(lost.base, lost.document, document), lost.label);
+    });
   }
 
   private forget(): void {
     this.gate.reset();
+    this.latest = null;
+    this.openGesture = null;
     clearTimeout(this.doubt);
     this.inFlight = null;
     this.unansweredMoves = [];

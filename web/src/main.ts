@@ -3,7 +3,8 @@
 import "./style.css";
 import "./page.css";
 import { App } from "./app";
-import type { Link, LinkEvents } from "./connection";
+import { comeBack } from "./come_back";
+import type { Connection, Link } from "./connection";
 import { rememberAcrossPorts } from "./memory";
 
 const root = document.getElementById("editor");
@@ -20,7 +21,7 @@ const app = new App(root, { upload });
 connect(app.connection, 0);
 
 /** Connect, and again where the connection breaks: first soon, then every few seconds. */
-function connect(events: LinkEvents, failures: number): void {
+function connect(events: Connection, failures: number): void {
   const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
   const link: Link = { send: (text) => socket.send(text) };
@@ -35,6 +36,15 @@ function connect(events: LinkEvents, failures: number): void {
   });
   socket.addEventListener("close", () => {
     events.closed();
-    setTimeout(() => connect(events, failed + 1), Math.min(400 * 2 ** failed, 5000));
+    again(events, failed);
   });
+}
+
+/** Look for the server again; it may be another run of it, which has to admit the page first. */
+function again(events: Connection, failures: number): void {
+  const look = async (): Promise<void> => {
+    if (await comeBack(events.key)) connect(events, failures + 1);
+    else again(events, failures + 1);
+  };
+  setTimeout(() => void look(), Math.min(400 * 2 ** failures, 5000));
 }

@@ -31,3 +31,23 @@ export function remember(name: string, value: string): void {
     // A browser that keeps nothing forgets the choice, no more.
   }
 }
+
+/** What this tab was told before it was loaded again. */
+export function recallInTab(name: string): string | null {
+  try {
+    return sessionStorage.getItem(name) ?? inThisPage.get(name) ?? null;
+  } catch {
+    return inThisPage.get(name) ?? null;
+  }
+}
+
+export function rememberInTab(name: string, value: string): void {
+  inThisPage.set(name, value);
+  try {
+    sessionStorage.setItem(name, value);
+  } catch {
+    // A browser that may keep nothing tells it again after the page was loaded again.
+  }
+}
+
+const inThisPage = new Map<string, string>();

@@ -244,6 +244,11 @@ export interface Open {
   readonly path: string;
 }
 
+/** Begin anew with the same clips and references; what was done to them is kept in the project's file, or aside. */
+export interface Anew {
+  readonly type: "anew";
+}
+
 /** Write what the document asks for to files. */
 export interface Export {
   readonly type: "export";
@@ -292,6 +297,7 @@ export type PageMessage =
   | Keep
   | Save
   | Open
+  | Anew
   | Export
   | ExportCurve
   | Stop
@@ -306,6 +312,9 @@ export interface Welcome {
   readonly version: number;
   readonly program: string;
   readonly opens: readonly string[];
+  readonly run: string;
+  readonly command: string;
+  readonly key: string;
 }
 
 /** The document as it is now; everything up to its revision is on disk. */
@@ -317,6 +326,7 @@ export interface State {
   readonly redo_label: string | null;
   readonly saved: boolean;
   readonly recovered: boolean;
+  readonly resumed: boolean;
   readonly path: string | null;
   readonly opened: number;
 }
@@ -325,6 +335,20 @@ export interface State {
 export interface Ack {
   readonly type: "ack";
   readonly revision: number;
+}
+
+/** Another page has made a revision: what this page was about to make of the one before is lost. */
+export interface Elsewhere {
+  readonly type: "elsewhere";
+  readonly revision: number;
+}
+
+/** A file could not be opened or written; everything is as it was. */
+export interface Refused {
+  readonly type: "refused";
+  readonly what: "open" | "save" | "export";
+  readonly path: string;
+  readonly reason: string;
 }
 
 /** A curve is long in coming; sent some times a second until `Curve` or `Problem` answers. */
@@ -482,6 +506,8 @@ export type TextMessage =
   | Welcome
   | State
   | Ack
+  | Elsewhere
+  | Refused
   | Progress
   | Problem
   | Notice

@@ -146,7 +146,7 @@ try {
   await editor.dismiss();
   await key.waitFor();
   await until(() => key.getAttribute("aria-label"), movedLabel);
-  // Another port, the same person: the first steps are not shown again.
+  // Another run, the same person: the first steps are not shown again.
   assert.equal(await page.getByRole("button", { name: "Got it" }).isVisible(), false);
   await editor.scrub(0.3);
   await until(() => editor.readout("input"), after.input);
@@ -192,8 +192,10 @@ try {
   await field("First frame").fill("soon");
   await field("Path").fill(join(folder, "not.nk"));
   await page.getByRole("button", { name: "Write", exact: true }).click();
-  await page.getByText("not exported: expected the first frame's number").waitFor();
-  await editor.dismiss();
+  await dialog.getByText("expected the first frame's number").waitFor();
+  assert.equal(await field("Path").inputValue(), join(folder, "not.nk"));
+  await page.keyboard.press("Escape");
+  await dialog.waitFor({ state: "hidden" });
   assert.deepEqual(seen, []);
 
   // References: another file, and the clip itself; listed, weighed, ranged and mapped, and taken back.

@@ -78,7 +78,7 @@ export class Editor {
 
   /** Close warnings, as who has read them does: what reading the file assumed is told before the first curve. */
   async dismiss() {
-    const close = this.page.locator('.notice[data-kind="warning"] button').first();
+    const close = this.page.locator('.notice[data-kind="warning"] button[aria-label=Close]').first();
     while (await close.count()) await close.click();
   }
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import importlib.util
+import shlex
 import warnings
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +21,7 @@ from retime.motion.grammar import read_time
 
 if TYPE_CHECKING:
     from retime.project.allowed_places import AllowedPlaces
+    from retime.server.app import Editor, EditorServer
 
 _EXAMPLES = (
     "\b\nExamples\n"
@@ -26,7 +29,7 @@ _EXAMPLES = (
     "  retime edit walk.bvh\n"
     "  retime edit walk.bvh camera.csv --reference limp.bvh --project limping.retime\n"
     "  retime edit dance.bvh --media take.mp4 --media-offset 0.5s --beats song.wav\n"
-    "  retime edit --project limping.retime"
+    "  retime edit limping.retime"
 )
 
 
@@ -92,6 +95,14 @@ def _offset(text: str) -> str:
     help="Open this project; where there is no such file, begin it with the clips.",
 )
 @click.option(
+    "--new",
+    "anew",
+    cls=Option,
+    section="Input",
+    is_flag=True,
+    help="Begin anew with these clips; left out, go on with what was done to them before.",
+)
+@click.option(
     "--folder",
     "folders",
     cls=Option,
@@ -122,6 +133,7 @@ def command(
     media_offset: str | None,
     beats: Path | None,
     project: Path | None,
+    anew: bool,
     folders: tuple[Path, ...],
     port: int,
     no_browser: bool,
@@ -130,9 +142,12 @@ def command(
 
     Without a CLIP and a project the page begins with the sample, and with what was opened last.
 
-    The page is served at a loopback address, to this machine alone. Ctrl-C ends it; what was not saved is there again
+    The page is served at a loopback address, to this machine alone. Ctrl-C ends it; all that was done is there again
     when the same clips or the same project are opened next.
     """
+    clips, project = _project_among(clips, project)
+    if anew and project is not None:
+        raise OptionError("--new begins anew with clips; a project is begun anew under another name")
     for option, value in (("--reference", references), ("--media", media), ("--beats", beats)):
         if not clips and value:
             raise OptionError(f"{option} needs a clip")
@@ -151,8 +166,9 @@ def command(
     from retime.project.document import BeatsFile, MediaFile
     from retime.project.file import files_of
     from retime.project.recent import note_recent, recent
+    from retime.project.runs import Run, leave_to_next, run_before
     from retime.project.workspace import new_document, open_document, open_project, state_folder
-    from retime.server.app import Editor, EditorServer
+    from retime.server.app import Editor
 
     state = state_folder()
     welcome = not clips and project is None
@@ -180,15 +196,26 @@ def command(
         _hint_at_folders(files_of(workspace.history.present), places)
     else:
         assert document is not None
-        workspace = open_document(document)
+        workspace = open_document(document, anew=anew)
+        to_begin_anew = f"(to begin anew: {shlex.join([*again, '--new'])})"
+        if workspace.resumed:
+            say(f"going on with {workspace.path}, where these clips were saved {to_begin_anew}")
+        elif workspace.recovered:
+            say(f"going on with what was not saved of these clips {to_begin_anew}")
 
+    left = state / "runs" / f"{hashlib.sha256(repr((Path.cwd(), again)).encode()).hexdigest()[:16]}.json"
+    before = run_before(left)
+    editor = Editor(workspace, places, state, welcome=welcome, command=shlex.join(again), key=before.key)
     try:
-        server = EditorServer(Editor(workspace, places, state, welcome=welcome), port=port)
+        server = _server_on(editor, port, before.port)
     except OSError:
         workspace.close()
         raise
     if not welcome:
         note_recent(resolved(clips[0] if project is None else project), state)
+    # A page that can't come back shows the command, and does no harm.
+    with contextlib.suppress(OSError):
+        leave_to_next(left, Run(server.port, before.key))
     say(f"editing at {server.guard.address}")
     if not no_browser:
         click.launch(server.guard.address)
@@ -208,6 +235,26 @@ def _own_sample(state: Path) -> Path:
     if not place.is_file() or place.read_bytes() != data:
         write_bytes(place, data, overwrite=True)
     return place
+
+
+def _project_among(clips: tuple[Path, ...], project: Path | None) -> tuple[tuple[Path, ...], Path | None]:
+    """Take a project that is named like a clip for what it is."""
+    named = [clip for clip in clips if clip.suffix.lower() == ".retime"]
+    if not named:
+        return clips, project
+    if project is not None or len(clips) > 1:
+        raise OptionError(f"{named[0]} is a project: open it alone, as retime edit {shlex.quote(str(named[0]))}")
+    return (), named[0]
+
+
+def _server_on(editor: Editor, port: int, before: int) -> EditorServer:
+    """Listen on the port that was asked for; else where the last run did, for its pages look there; else anywhere."""
+    from retime.server.app import EditorServer
+
+    if port == 0 and before:
+        with contextlib.suppress(OSError):
+            return EditorServer(editor, port=before)
+    return EditorServer(editor, port=port)
 
 
 def _command(

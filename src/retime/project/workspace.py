@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from retime.errors import FormatError, OptionError
-from retime.files import read_bytes, resolved
+from retime.errors import FormatError, OptionError, words_of
+from retime.files import read_bytes, resolved, write_bytes
 from retime.project.document import ClipFile, Document, ReferenceFile
 from retime.project.file import SUFFIX, Project, digest_of, files_of, project_bytes, read_project, save_project
 from retime.project.history import History
@@ -48,6 +48,12 @@ class Workspace:
         Of the project file as it was read or written last; "" where there is none.
     recovered : bool
         Whether it was recovered from a journal.
+    origin : Path, optional
+        Of work that began with clips alone: the file that says in which project they were saved.
+    resumed : bool
+        Whether that project was opened in the clips' place.
+    began : Document, optional
+        Those clips and references, with nothing done to them.
     notes : list of str
         What is to be said about that.
     """
@@ -59,6 +65,9 @@ class Workspace:
     saved: Document | None
     digest: str = ""
     recovered: bool = False
+    origin: Path | None = None
+    resumed: bool = False
+    began: Document | None = None
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -110,12 +119,39 @@ class Workspace:
             save_project(path, data, overwrite=overwrite)
             if journal.path.exists():
                 journal.set_aside()
+            if self.origin is not None:
+                # Whoever opens these clips next goes on here; from then on the old journal is not needed.
+                write_bytes(self.origin, os.fsencode(path), overwrite=True)
         except BaseException:
             journal.close()
             raise
         # The new file holds all that the old journal held.
         self.journal.close(remove=True)
         self.journal, self.path = journal, path
+
+    def begin_anew(self, folder: Path | None = None) -> Workspace:
+        """Close this, and begin with the same clips and references, with nothing done to them.
+
+        What was not saved is set aside; a project file stays as it is. Where that can't be done, this stays open.
+
+        Parameters
+        ----------
+        folder : Path, optional
+            As `open_document` has it.
+        """
+        start = self.history.start
+        new = Document(start.clips, start.references) if self.began is None else self.began
+        if self.path is not None:
+            made = open_document(new, folder=folder, anew=True)
+            self.close()
+            return made
+        self.journal.close()
+        try:
+            return open_document(new, folder=folder, anew=True)
+        except BaseException:
+            self.journal = Journal(self.journal.path)
+            self.journal.begin(self.history, self.warps, self.digest)
+            raise
 
     def close(self) -> None:
         """Let go of the journal; where nothing in it is worth recovering, it goes."""
@@ -157,8 +193,10 @@ def journal_of_clips(document: Document, folder: Path) -> Path:
     return folder / "journals" / f"{name}.journal"
 
 
-def open_document(document: Document, *, folder: Path | None = None) -> Workspace:
-    """Begin with a document that has no project, or go on with what was not saved of it.
+def open_document(document: Document, *, folder: Path | None = None, anew: bool = False) -> Workspace:
+    """Begin with a document that has no project, or go on with what was done to the same clips.
+
+    That is what was not saved; else the project that they were saved in.
 
     Parameters
     ----------
@@ -166,6 +204,8 @@ def open_document(document: Document, *, folder: Path | None = None) -> Workspac
         The clips and references, with nothing done to them.
     folder : Path, optional
         Where the journal is; left out, `state_folder`.
+    anew : bool
+        Go on with nothing: what was not saved is set aside, and the project is left alone.
 
     Raises
     ------
@@ -175,7 +215,49 @@ def open_document(document: Document, *, folder: Path | None = None) -> Workspac
         The journal can't be written.
     """
     journal = Journal(journal_of_clips(document, folder or state_folder()))
-    return _open(journal, None, Project(document))
+    origin = journal.path.with_suffix(".saved")
+    notes: list[str] = []
+    try:
+        if anew:
+            origin.unlink(missing_ok=True)
+            if _holds_work(journal):
+                notes.append(f"what was not saved of these clips is kept as {journal.set_aside()}")
+            elif journal.path.exists():
+                journal.path.unlink()
+        elif origin.exists() and not _holds_work(journal):
+            found = _project_of_clips(origin, notes)
+            if found is not None:
+                found.began = document
+                journal.close(remove=True)
+                return found
+    except BaseException:
+        journal.close()
+        raise
+    workspace = _open(journal, None, Project(document))
+    workspace.origin, workspace.began = origin, document
+    workspace.notes[:0] = notes
+    return workspace
+
+
+def _holds_work(journal: Journal) -> bool:
+    """Whether a journal holds something that was done, or can't be read: then nobody knows."""
+    try:
+        found = journal.recover()
+    except FormatError:
+        return True
+    return found is not None and bool(found.history.done or found.history.undone)
+
+
+def _project_of_clips(origin: Path, notes: list[str]) -> Workspace | None:
+    """Open the project that clips were saved in; None where it is gone, which is noted."""
+    project = Path(os.fsdecode(origin.read_bytes()))
+    try:
+        workspace = open_project(project)
+    except (FormatError, OSError) as error:
+        notes.append(f"the project that these clips were saved in can't be opened ({words_of(error)})")
+        return None
+    workspace.origin, workspace.resumed = origin, True
+    return workspace
 
 
 def open_project(path: Path, new: Document | None = None) -> Workspace:

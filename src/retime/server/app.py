@@ -31,6 +31,7 @@ from retime.server.film import Films
 from retime.server.guard import BodyTooLarge, Guard
 from retime.server.message_coding import read_message, write_message
 from retime.server.outbox import Outbox
+from retime.server.returning import Returning
 from retime.server.shared_document import SharedDocument, welcome
 from retime.server.unexpected import words_for_page
 
@@ -53,11 +54,25 @@ class Editor:
         Folder of the page that npm built.
     welcome : bool
         Nothing was named to edit: the page begins with what could be.
+    command : str
+        What starts this editor again; empty where no command did.
+    key : str
+        Which its pages hold, to come back to a later run; left out, a random one, and they can't.
     """
 
     def __init__(
-        self, workspace: Workspace, places: AllowedPlaces, state: Path, *, page: Path = PAGE, welcome: bool = False
+        self,
+        workspace: Workspace,
+        places: AllowedPlaces,
+        state: Path,
+        *,
+        page: Path = PAGE,
+        welcome: bool = False,
+        command: str = "",
+        key: str | None = None,
     ) -> None:
+        self._command = command
+        self.returning = Returning(key or secrets.token_urlsafe(32))
         self._workspace, self._places, self._state = workspace, places, state
         self._shared: SharedDocument | None = None
         self._is_welcome = welcome
@@ -137,7 +152,7 @@ class Editor:
         page = Outbox()
         sender: asyncio.Task[None] | None = None
         try:
-            if not await _greeted(socket):
+            if not await _greeted(socket, welcome(self._command, self.returning.key)):
                 return
             shared.join(page)
             sender = asyncio.create_task(_send_all(socket, page))
@@ -166,7 +181,7 @@ class Editor:
 _PLAIN_NAME = re.compile(r"[^\W_][\w .()+,=@~-]{0,150}\.\w{1,8}")
 
 
-async def _greeted(socket: WebSocket) -> bool:
+async def _greeted(socket: WebSocket, answer: messages.Welcome) -> bool:
     """Exchange versions; whether the page speaks ours."""
     try:
         hello = read_message(await socket.receive_text())
@@ -175,7 +190,7 @@ async def _greeted(socket: WebSocket) -> bool:
     except FormatError as error:
         await socket.close(1003, str(error)[:120])
         return False
-    await socket.send_text(str(write_message(welcome())))
+    await socket.send_text(str(write_message(answer)))
     if hello.version != messages.VERSION:
         await socket.close(1003, "the page is of another version than its server: load it again")
         return False
@@ -227,6 +242,10 @@ class EditorServer(uvicorn.Server):  # type: ignore[misc, unused-ignore]
     ----------
     guard : Guard
         Knows the address.
+    port : int
+        Where it listens.
+    key : str
+        Which its pages hold.
 
     Raises
     ------
@@ -236,7 +255,9 @@ class EditorServer(uvicorn.Server):  # type: ignore[misc, unused-ignore]
 
     def __init__(self, editor: Editor, *, port: int = 0) -> None:
         self._listener = listen(port)
-        self.guard = Guard(editor.app, port=self._listener.getsockname()[1])
+        self.port: int = self._listener.getsockname()[1]
+        self.key = editor.returning.key
+        self.guard = Guard(editor.app, port=self.port, returning=editor.returning)
         super().__init__(
             uvicorn.Config(
                 self.guard,

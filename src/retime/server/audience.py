@@ -41,6 +41,12 @@ class Audience:
             for page in self._pages:
                 page.put(message, payload)
 
+    def tell_others(self, but: Outbox, message: ServerMessage) -> None:
+        """Tell all pages but one."""
+        payload = write_message(message)
+        for page in self._pages - {but}:
+            page.put(message, payload)
+
     def publish(self, found: Mapping[str, tuple[ServerMessage, str | bytes]]) -> None:
         """Tell the pages that are here, and those to come.
 

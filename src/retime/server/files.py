@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from retime.errors import FormatError, OptionError, words_of
@@ -81,6 +82,37 @@ def keep_dropped(name: str, data: bytes, folder: Path) -> Path:
         else:
             break
     return place
+
+
+# Of the folders that may be used: how deep a project is looked for that was dropped, and among how many files.
+_MOST_DEEP, _MOST_FILES = 4, 20_000
+
+
+def find_dropped(name: str, data: bytes, places: AllowedPlaces) -> Path:
+    """Find the project that was dropped on the page: it names files beside it, so a copy elsewhere is no use.
+
+    Raises
+    ------
+    FormatError
+        None of that name and content lies in the folders that may be used.
+    """
+    seen = 0
+    for folder in places.folders:
+        for root, folders, names in os.walk(folder):
+            if len(Path(root).relative_to(folder).parts) >= _MOST_DEEP:
+                folders.clear()
+            folders[:] = sorted(one for one in folders if not one.startswith("."))
+            seen += len(names)
+            place = Path(root) / name
+            if name in names and place.stat().st_size == len(data) and place.read_bytes() == data:
+                return place
+            if seen > _MOST_FILES:
+                break
+    raise FormatError(
+        "a browser does not say where a project lies, which names files beside it, and none like it is in the folders "
+        "that the editor may use. Type its path under Open (Ctrl+O), or start: retime edit --project PATH",
+        path=name,
+    )
 
 
 def _is_text(name: str) -> bool:

@@ -12,8 +12,10 @@ from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from retime.server.returning import Returning
 
 # Of the body of a request; what is dropped on the page is the largest.
 MAX_BODY = 256 << 20
@@ -46,6 +48,8 @@ class Guard:
         The port listened on.
     token : str, optional
         The secret in the first address; left out, a random one.
+    returning : Returning, optional
+        Admits pages of an earlier run that prove that they were admitted to that.
 
     Attributes
     ----------
@@ -55,8 +59,11 @@ class Guard:
         Name of the cookie that it is exchanged for. It tells the port, for cookies don't.
     """
 
-    def __init__(self, app: ASGIApp, *, port: int, token: str | None = None) -> None:
+    def __init__(
+        self, app: ASGIApp, *, port: int, token: str | None = None, returning: Returning | None = None
+    ) -> None:
         self._app = app
+        self._returning = returning
         self.token = token or secrets.token_urlsafe(32)
         self.cookie = f"retime-{port}"
         self._secret = secrets.token_urlsafe(32)
@@ -103,6 +110,8 @@ class Guard:
             return PlainTextResponse("the address is too long", 414)
         if not websocket and scope["path"] == "/" and b"token=" in scope["query_string"]:
             return self._exchange(scope)
+        if not websocket and scope["path"] == "/resume" and self._returning is not None:
+            return self._resume(self._returning, scope, hosts[0].lower(), headers)
         if not self._knows_secret(headers):
             return PlainTextResponse(
                 "open the address that retime edit printed: it holds the key to this page, and works in one browser "
@@ -116,7 +125,22 @@ class Guard:
         given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])
         if len(given) != 1 or not hmac.compare_digest(given[0].encode(), self.token.encode()):
             return PlainTextResponse("the token in this address is not this server's", 403)
-        response = RedirectResponse("/", 303)
+        return self._with_cookie(RedirectResponse("/", 303))
+
+    def _resume(self, returning: Returning, scope: Scope, host: str, headers: Headers) -> Response:
+        """Answer a page of an earlier run: first prove who we are, then let it prove who it is."""
+        if headers.get("sec-fetch-site", "same-origin") != "same-origin":
+            return PlainTextResponse("this request does not come from the editor's own page", 403)
+        given = parse_qs(scope["query_string"].decode("latin-1"))
+        word = given.get("word", [""])[0]
+        if scope["method"] == "GET":
+            greeting = returning.greet(host, word)
+            return PlainTextResponse("no word", 400) if greeting is None else JSONResponse(greeting)
+        if not returning.admits(host, word, given.get("proof", [""])[0]):
+            return PlainTextResponse("this page belongs to another editor", 403)
+        return self._with_cookie(Response(status_code=204))
+
+    def _with_cookie(self, response: Response) -> Response:
         response.set_cookie(self.cookie, self._secret, path="/", httponly=True, samesite="strict")
         return response
 

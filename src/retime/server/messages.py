@@ -45,8 +45,8 @@ class Edit:
     """A new document value.
 
     Every message that changes the document names the revision that it makes: one more than the last that the page
-    made or was told of. Where that is not the next one (another window was faster), the change is refused, and `State`
-    says what holds.
+    made or was told of. Where that is not the next one (another window was faster), the change is refused: `Elsewhere`
+    says so, and `State` what holds.
 
     Attributes
     ----------
@@ -138,6 +138,11 @@ class Open:
     """
 
     path: str
+
+
+@dataclass(frozen=True)
+class Anew:
+    """Begin anew with the same clips and references; what was done to them is kept in the project's file, or aside."""
 
 
 @dataclass(frozen=True)
@@ -250,11 +255,21 @@ class Welcome:
         The version of retime.
     opens : list of str
         File name endings of clips, lower case, with the dot.
+    run : str
+        Which run of the server this is: another one has another.
+    command : str
+        What starts this editor again; empty where no command did.
+    key : str
+        With which the page can prove to a later run that it belongs to it (`retime.server.returning`); empty where it
+        can't come back.
     """
 
     version: int
     program: str
     opens: tuple[str, ...]
+    run: str
+    command: str
+    key: str
 
 
 @dataclass(frozen=True)
@@ -273,6 +288,8 @@ class State:
         Whether the project file holds this.
     recovered : bool
         Whether it was recovered from the journal of a session that ended before it was saved.
+    resumed : bool
+        Whether it is the project that the clips were saved in, opened in their place.
     path : str, optional
         The project file, if there is one.
     opened : int
@@ -285,6 +302,7 @@ class State:
     redo_label: str | None
     saved: bool
     recovered: bool
+    resumed: bool
     path: str | None
     opened: int
 
@@ -300,6 +318,38 @@ class Ack:
     """
 
     revision: int
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """Another page has made a revision: what this page was about to make of the one before is lost.
+
+    Attributes
+    ----------
+    revision : int
+        Which.
+    """
+
+    revision: int
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A file could not be opened or written; everything is as it was.
+
+    Attributes
+    ----------
+    what : {"open", "save", "export"}
+        What was asked for.
+    path : str
+        The file, as it was asked for.
+    reason : str
+        Why not.
+    """
+
+    what: Literal["open", "save", "export"]
+    path: str
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -688,10 +738,12 @@ class Kept:
     __repr__ = brief_repr
 
 
-FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Export, ExportCurve, Stop, Browse, Find)
-FROM_SERVER = (Welcome, State, Ack, Progress, Problem, Notice, Saved, Exported, Listing, Found)
+FROM_PAGE = (Hello, Edit, Undo, Redo, Keep, Save, Open, Anew, Export, ExportCurve, Stop, Browse, Find)
+FROM_SERVER = (Welcome, State, Ack, Elsewhere, Refused, Progress, Problem, Notice, Saved, Exported, Listing, Found)
 FROM_SERVER_WITH_ARRAYS = (Clip, Curve, Why, Kept)
 
-PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Export | ExportCurve | Stop | Browse | Find
-TextMessage = Welcome | State | Ack | Progress | Problem | Notice | Saved | Exported | Listing | Found
+PageMessage = Hello | Edit | Undo | Redo | Keep | Save | Open | Anew | Export | ExportCurve | Stop | Browse | Find
+TextMessage = (
+    Welcome | State | Ack | Elsewhere | Refused | Progress | Problem | Notice | Saved | Exported | Listing | Found
+)
 ServerMessage = TextMessage | Clip | Curve | Why | Kept

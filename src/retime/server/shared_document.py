@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Mapping
+import secrets
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import Literal
 
 from retime.errors import OptionError
 from retime.project.allowed_places import AllowedPlaces
@@ -35,10 +37,17 @@ from retime.server.solver_thread import Findings, Job, SolverThread
 from retime.server.unexpected import words_for_page
 from retime.warp.curve import Warp
 
+# Which run of the server this is.
+_RUN = secrets.token_hex(8)
 
-def welcome() -> messages.Welcome:
-    """Return the answer to a page's first message."""
-    return messages.Welcome(messages.VERSION, version("retime"), files.OPENS)
+
+def welcome(command: str = "", key: str = "") -> messages.Welcome:
+    """Return the answer to a page's first message; `command` and `key` are as `messages.Welcome` has them."""
+    return messages.Welcome(messages.VERSION, version("retime"), files.OPENS, _RUN, command, key)
+
+
+class ElsewhereError(OptionError):
+    """Another page has changed the document since a page last heard of it."""
 
 
 class SharedDocument:
@@ -138,6 +147,7 @@ class SharedDocument:
             redo_label=workspace.history.redo_label,
             saved=workspace.is_saved,
             recovered=workspace.recovered,
+            resumed=workspace.resumed,
             path=None if workspace.path is None else str(workspace.path),
             opened=self._opened,
         )
@@ -148,6 +158,9 @@ class SharedDocument:
         """Do what a page asks for, or tell it why not."""
         try:
             self._handle(page, message)
+        except ElsewhereError:
+            page.put(messages.Elsewhere(self._revision))
+            page.put(self._safe)
         except Exception as error:
             self.refuse(page, error)
 
@@ -160,22 +173,24 @@ class SharedDocument:
         match message:
             case messages.Edit():
                 self._check_next(message.revision)
-                self._edit(message)
+                self._edit(page, message)
             case messages.Undo():
                 self._check_next(message.revision)
-                self._change(self._history.undo(), Journal.undo)
+                self._change(page, self._history.undo(), Journal.undo)
             case messages.Redo():
                 self._check_next(message.revision)
-                self._change(self._history.redo(), Journal.redo)
+                self._change(page, self._history.redo(), Journal.redo)
             case messages.Keep():
                 self._check_next(message.revision)
-                self._keep(message.name)
+                self._keep(page, message.name)
             case messages.Save():
-                self._save(page, message)
+                self._try(page, "save", message.path or "", lambda: self._save(page, message))
             case messages.Open():
-                self._open(page, message.path)
+                self._try(page, "open", message.path, lambda: self._open(page, message.path))
+            case messages.Anew():
+                self._try(page, "open", "", lambda: self._begin_anew(page))
             case messages.Export() | messages.ExportCurve():
-                self._export(page, message)
+                self._try(page, "export", message.path, lambda: self._export(page, message))
             case messages.Stop():
                 self._solver.cancel(message.revision)
             case messages.Browse():
@@ -185,13 +200,20 @@ class SharedDocument:
             case messages.Hello():
                 pass
 
+    def _try(self, page: Outbox, what: Literal["open", "save", "export"], path: str, do: Callable[[], None]) -> None:
+        """Open or write a file, or tell the page that asked why not: it has the path still."""
+        try:
+            do()
+        except Exception as error:
+            page.put(messages.Refused(what, path, words_for_page(error)))
+
     def _check_next(self, revision: int) -> None:
         if self._opening:
             raise OptionError("another document is being opened")
         if revision != self._revision + 1:
-            raise OptionError("the document was changed in another window meanwhile: look at it, and try again")
+            raise ElsewhereError("the document was changed in another window meanwhile: look at it, and try again")
 
-    def _edit(self, message: messages.Edit) -> None:
+    def _edit(self, page: Outbox, message: messages.Edit) -> None:
         if len(message.label) > MAX_NAME or len(message.gesture) > MAX_NAME:
             raise OptionError(f"a label or a gesture is longer than {MAX_NAME} letters")
         for kept in message.document.kept:
@@ -204,9 +226,9 @@ class SharedDocument:
         def write(journal: Journal, history: History, warps: Mapping[str, Warp]) -> None:
             journal.edit(edit, history, warps)
 
-        self._change(history, write, gesture=edit.gesture, done=edit.done)
+        self._change(page, history, write, gesture=edit.gesture, done=edit.done)
 
-    def _keep(self, name: str) -> None:
+    def _keep(self, page: Outbox, name: str) -> None:
         if not name or len(name) > MAX_NAME:
             raise OptionError(f"a kept warp needs a name of 1 to {MAX_NAME} letters")
         document = self._history.present
@@ -226,10 +248,11 @@ class SharedDocument:
             journal.keep(kept.id, warp, history, warps)
             journal.edit(edit, history, warps)
 
-        self._change(history, write)
+        self._change(page, history, write)
 
     def _change(
         self,
+        page: Outbox,
         history: History,
         write: Callable[[Journal, History, Mapping[str, Warp]], None],
         *,
@@ -243,6 +266,7 @@ class SharedDocument:
         workspace, warps = self._workspace, self._workspace.warps
         workspace.history = history
         self._revision += 1
+        self._audience.tell_others(page, messages.Elsewhere(self._revision))
         self._ask(gesture)
         state = self._state()
 
@@ -290,7 +314,7 @@ class SharedDocument:
             self._audience.tell(messages.Saved(str(place)), self._safe)
 
         def failed(error: Exception) -> None:
-            page.put(messages.Notice("error", f"not saved: {words_for_page(error)}"))
+            page.put(messages.Refused("save", message.path or "", words_for_page(error)))
 
         def save() -> None:
             workspace.save(place, history, warps, overwrite=message.overwrite)
@@ -299,22 +323,67 @@ class SharedDocument:
         self._writer.put(Change(save, done, failed))
 
     def _open(self, page: Outbox, text: str) -> None:
+        place = self._places.find(text, reading=True)
         if self._opening:
             # Once the first is open, edits of it are taken; they would wait behind the second.
             raise OptionError("another document is being opened")
-        place = self._places.find(text, reading=True)
+        if place == self._workspace.path:
+            raise OptionError(f"{place} is open already")
+        if place.suffix.lower() == SUFFIX:
+            self._replace(page, text, lambda: self._noted(place, open_project(place)))
+            return
+        new = new_document([str(place)])
+
+        def read(error: Exception | None, notices: list[messages.Notice]) -> None:
+            if error is not None:
+                self._opening = False
+                page.put(messages.Refused("open", text, words_for_page(error)))
+                return
+            self._replace(
+                page, text, lambda: self._noted(place, open_document(new, folder=self._state_folder)), notices
+            )
+
+        # What can't be read is refused while what is open stays.
+        self._opening = True
+
+        def checked(error: Exception | None, notices: list[messages.Notice]) -> None:
+            with contextlib.suppress(RuntimeError):
+                # The loop is closed already: the program is ending.
+                self._loop.call_soon_threadsafe(read, error, notices)
+
+        self._solver.check(new, checked)
+
+    def _noted(self, place: Path, opened: Workspace) -> Workspace:
+        """Note that a file was opened, for the list of those."""
+        note_recent(place, self._state_folder)
+        return opened
+
+    def _begin_anew(self, page: Outbox) -> None:
+        if self._opening:
+            raise OptionError("another document is being opened")
+        workspace = self._workspace
+        self._replace(page, str(workspace.path or ""), lambda: workspace.begin_anew(self._state_folder), closes=True)
+
+    def _replace(
+        self,
+        page: Outbox,
+        text: str,
+        open_it: Callable[[], Workspace],
+        notices: Sequence[messages.Notice] = (),
+        *,
+        closes: bool = False,
+    ) -> None:
+        """Open something else in the document's place; where it can't be opened, what is open stays.
+
+        `notices` are told with it; `open_it` opens it, in a thread, and where it `closes` what is open, that is done.
+        """
         found: list[Workspace] = []
         self._opening = True
 
         def opened() -> None:
-            if place == self._workspace.path:
-                raise OptionError(f"{place} is open already")
-            if place.suffix.lower() == SUFFIX:
-                found.append(open_project(place))
-            else:
-                found.append(open_document(new_document([str(place)]), folder=self._state_folder))
-            note_recent(place, self._state_folder)
-            self._workspace.close()
+            found.append(open_it())
+            if not closes:
+                self._workspace.close()
 
         def done() -> None:
             self._opening = False
@@ -326,15 +395,11 @@ class SharedDocument:
             self._audience.forget()
             self._ask()
             self._safe, self._unsafe = self._state(), None
-            self._audience.tell(
-                *self._kept(),
-                self._safe,
-                *self._notes(),
-            )
+            self._audience.tell(*self._kept(), self._safe, *self._notes(), *notices)
 
         def failed(error: Exception) -> None:
             self._opening = False
-            page.put(messages.Notice("error", f"not opened: {words_for_page(error)}"))
+            page.put(messages.Refused("open", text, words_for_page(error)))
 
         self._writer.put(Change(opened, done, failed))
 
@@ -350,7 +415,12 @@ class SharedDocument:
         self._solver.export(message, document, place, say)
 
     def drop(self, name: str, data: bytes, folder: Path) -> Path:
-        """Keep a file that was dropped on the page, where pages may read from then on. Called in a thread."""
+        """Keep a file that was dropped on the page, where pages may read from then on. Called in a thread.
+
+        A project stays where it lies.
+        """
+        if name.lower().endswith(SUFFIX):
+            return files.find_dropped(name, data, self._places)
         place = files.keep_dropped(name, data, folder)
         self._places.add_folder(folder)
         return place

@@ -127,6 +127,21 @@ class SolverThread:
         """Another document is open: a solution of the old one is no use."""
         self._good = None
 
+    def check(self, document: Document, say: Callable[[Exception | None, list[messages.Notice]], None]) -> None:
+        """Have a document's files read; `say` is called, in the thread, with what is wrong, and what is to be told."""
+
+        def read() -> None:
+            notices: list[messages.Notice] = []
+            error: Exception | None = None
+            try:
+                with _warnings_told(notices.append):
+                    self._solver.read(document)
+            except Exception as problem:
+                error = problem
+            say(error, notices)
+
+        self._worker.add(read)
+
     def export(
         self,
         message: messages.Export | messages.ExportCurve,
@@ -141,7 +156,7 @@ class SolverThread:
                 with _warnings_told(say):
                     error = self._write_export(message, document, place)
             except Exception as problem:
-                say(messages.Notice("error", f"not exported: {words_for_page(problem)}"))
+                say(messages.Refused("export", message.path, words_for_page(problem)))
             else:
                 what = message.what if isinstance(message, messages.Export) else "curve"
                 say(messages.Exported(what, str(place), error))

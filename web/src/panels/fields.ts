@@ -67,8 +67,10 @@ export function textField(label: string, hint: string, commit: (text: string) =>
   input.addEventListener("change", take);
   input.addEventListener("input", () => (input.dataset.typing = String(input.value !== shown)));
   input.addEventListener("keydown", (event) => {
-    // The page gets the keys with Control, except those that the field needs itself (see shortcuts.ts).
-    if (!event.ctrlKey && !event.metaKey) event.stopPropagation();
+    // The page gets the keys with Control, except those that the field needs itself (see shortcuts.ts), and Escape where
+    // there is nothing typed to take back: it stops a search.
+    const passes = event.ctrlKey || event.metaKey || (event.key === "Escape" && input.dataset.typing !== "true");
+    if (!passes) event.stopPropagation();
     if (event.key === "Escape") {
       input.dataset.typing = "false";
       input.value = shown;

@@ -45,6 +45,7 @@ export function listenForDrops(
   store: Store,
   connection: Connection,
   send: TakeFiles,
+  dropped: (event: DragEvent) => void,
   signal: AbortSignal,
 ): void {
   const edit = (change: (document: Document) => Document, label: string): void => {
@@ -68,6 +69,7 @@ export function listenForDrops(
     (event) => {
       event.preventDefault();
       over(-depth);
+      dropped(event);
       const section = event.target instanceof Element ? event.target.closest("section") : null;
       send([...(event.dataTransfer?.files ?? [])], actions[section?.getAttribute("aria-label") ?? ""]);
     },

@@ -8,6 +8,12 @@ const MOST = 4;
 /** How long good news stays, milliseconds. */
 const SHOWN = 6000;
 
+/** What can be done about it. */
+export interface Remedy {
+  readonly word: string;
+  readonly action: () => void;
+}
+
 export class Notices {
   readonly root = make("div", { class: "notices", "aria-live": "polite" });
 
@@ -16,13 +22,21 @@ export class Notices {
     this.root.replaceChildren();
   }
 
-  say(kind: NoticeKind, text: string): void {
+  /** Say something; where something can be done about it, that stays too until it was read. */
+  say(kind: NoticeKind, text: string, remedy?: Remedy): void {
     const close = make("button", { type: "button", class: "button bare", "aria-label": "Close" }, "✕");
     const role = kind === "info" ? "status" : "alert";
     const notice = make("div", { class: "notice", "data-kind": kind, role }, make("p", {}, text), close);
     const gone = (): void => notice.remove();
     close.addEventListener("click", gone);
-    if (kind === "info") setTimeout(gone, SHOWN);
+    if (remedy) {
+      const button = make("button", { type: "button", class: "button framed" }, remedy.word);
+      button.addEventListener("click", () => {
+        gone();
+        remedy.action();
+      });
+      close.before(button);
+    } else if (kind === "info") setTimeout(gone, SHOWN);
     this.root.append(notice);
     while (this.root.childElementCount > MOST) this.root.firstElementChild?.remove();
   }

@@ -12,6 +12,12 @@ export class Veil {
     this.root.hidden = false;
   }
 
+  /** Cover all of the page, and say what to type. */
+  coverWithCommand(text: string, command: string): void {
+    this.cover(text);
+    if (command !== "") this.root.firstElementChild?.append(make("code", {}, command));
+  }
+
   /** Say something else, where it covers all: how far the opening is. */
   tell(text: string): void {
     if (!this.root.hidden && this.root.dataset.is === undefined) this.cover(text);

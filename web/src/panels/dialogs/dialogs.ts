@@ -2,7 +2,7 @@
 
 import type { Connection } from "../../connection";
 import type { FilmDialog } from "../../media/film_dialog";
-import type { Found, Listing } from "../../messages";
+import type { Found, Listing, Refused } from "../../messages";
 import type { TakeFiles } from "../../shell/files";
 import type { Shortcut } from "../../shortcuts";
 import type { Store } from "../../store";
@@ -64,6 +64,21 @@ export class Dialogs {
 
   list(listing: Listing): void {
     this.open.list(listing);
+  }
+
+  /** A file was refused; whether a dialog asked for it, and says so. */
+  refused(refused: Refused): boolean {
+    return refused.what === "open" ? this.open.refused(refused) : this.write.refused(refused);
+  }
+
+  /** A file was written. */
+  written(path: string): void {
+    this.write.written(path);
+  }
+
+  /** The server is gone: nothing more is heard of what it was asked for. */
+  lost(): void {
+    this.write.stopWaiting();
   }
 
   found(found: Found): void {

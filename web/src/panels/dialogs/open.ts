@@ -3,7 +3,7 @@
 import type { Connection } from "../../connection";
 import { make, setText } from "../../dom";
 import { type IconName, icon } from "../../icons";
-import type { Browse, Found, Listing } from "../../messages";
+import type { Browse, Found, Listing, Refused } from "../../messages";
 import type { TakeFiles } from "../../shell/files";
 import { textField } from "../fields";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
@@ -24,6 +24,8 @@ export class OpenDialog {
   private readonly refusal = new Refusal();
   private wanted: Wanted;
   private listing: Listing | null = null;
+  /** What was chosen last. */
+  private asked: string | null = null;
 
   /** `send` sends files that are picked to the server; null where that can't be done. */
   constructor(
@@ -46,6 +48,7 @@ export class OpenDialog {
 
   show(wanted = this.document()): void {
     this.wanted = wanted;
+    this.asked = null;
     setText(this.title, wanted.title);
     this.root.setAttribute("aria-label", wanted.title);
     this.path.input.value = "";
@@ -78,7 +81,17 @@ export class OpenDialog {
     this.refusal.say(refused);
     if (refused !== null) return;
     this.root.close();
+    this.asked = place;
     this.wanted.take(place);
+  }
+
+  /** The server could not open what was chosen here: the dialog is there again, with the path; false: it was not. */
+  refused({ path, reason }: Refused): boolean {
+    if (this.asked !== path || this.root.open) return false;
+    this.asked = null;
+    this.refusal.say(reason);
+    this.root.showModal();
+    return true;
   }
 
   private document(): Wanted {

@@ -5,7 +5,7 @@ import { make, setAttribute, setText } from "../../dom";
 import { groupPaths } from "../../group";
 import { HOSTS, type Host } from "../../hosts";
 import { FILM_SIZES, type FilmDialog, type FilmSize } from "../../media/film_dialog";
-import type { Found } from "../../messages";
+import type { Found, Refused } from "../../messages";
 import type { Store } from "../../store";
 import { check, choice, textField } from "../fields";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
@@ -32,6 +32,9 @@ export class WriteDialog {
   /** Of all clips of a group: where they are to be written, and those places that may be. */
   private asked: readonly string[] = [];
   private readonly allowed = new Map<number, string>();
+  /** What is being written; the dialog stays until all of it is. */
+  private readonly waiting = new Set<string>();
+  private readonly go = make("button", { type: "submit", class: "button main" }, "Write");
   private readonly size = choice<FilmSize>("Size", "Pixels of the film", () => true);
   /** Films the stage; null where it can't be filmed. */
   film: FilmDialog | null = null;
@@ -40,7 +43,6 @@ export class WriteDialog {
     private readonly store: Store,
     private readonly connection: Connection,
   ) {
-    const go = make("button", { type: "submit", class: "button main" }, "Write");
     const body = form(
       this.title,
       [
@@ -55,7 +57,7 @@ export class WriteDialog {
         this.refusal.root,
         this.overwrite.row,
       ],
-      [closeButton(this.root, "Cancel"), go],
+      [closeButton(this.root, "Cancel"), this.go],
     );
     onSubmit(body, () => this.submit());
     this.root.append(body);
@@ -91,6 +93,7 @@ export class WriteDialog {
     );
     this.size.show(FILM_SIZES, (this.size.select.value || "1280x720") as FilmSize);
     this.mayOverwrite = false;
+    this.stopWaiting();
     this.refusal.say(null);
     this.overwrite.show(false);
     this.suggest();
@@ -109,7 +112,8 @@ export class WriteDialog {
     const refused = reason ?? (inTheWay ? there : null);
     this.refusal.say(refused);
     if (refused !== null) return;
-    this.root.close();
+    if (this.kind === "film" && !this.saving) this.root.close();
+    else this.wait(place);
     if (this.saving) this.connection.save(place, this.mayOverwrite);
     else if (this.kind === "film") this.film?.begin(place, this.rate.input.value, this.filmSize, this.mayOverwrite);
     else if (this.kind !== "curve") this.connection.export(this.kind, place, this.which, this.mayOverwrite);
@@ -139,7 +143,7 @@ export class WriteDialog {
     }
     this.allowed.set(index, place);
     if (this.allowed.size < this.asked.length) return;
-    this.root.close();
+    this.wait(...this.allowed.values());
     for (const [clip, file] of [...this.allowed].sort(([a], [b]) => a - b)) {
       this.connection.export("motion", file, clip, this.mayOverwrite);
     }
@@ -148,6 +152,33 @@ export class WriteDialog {
   /** Whether all clips of a group are to be written. */
   private get isAll(): boolean {
     return !this.saving && this.kind === "motion" && this.clip.select.value === ALL;
+  }
+
+  /** The server could not write it: the dialog says why, and keeps the path; false where it did not ask. */
+  refused({ path, reason }: Refused): boolean {
+    if (!this.root.open || !this.waiting.has(path)) return false;
+    this.stopWaiting();
+    this.refusal.say(reason);
+    return true;
+  }
+
+  written(path: string): void {
+    if (!this.waiting.delete(path) || this.waiting.size > 0) return;
+    this.stopWaiting();
+    this.root.close();
+  }
+
+  /** Nothing is written any more. */
+  stopWaiting(): void {
+    this.waiting.clear();
+    this.go.disabled = false;
+    setText(this.go, "Write");
+  }
+
+  private wait(...places: readonly string[]): void {
+    for (const place of places) this.waiting.add(place);
+    this.go.disabled = true;
+    setText(this.go, "Writing…");
   }
 
   /** The program that a curve is for. */

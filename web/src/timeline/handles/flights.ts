@@ -13,6 +13,11 @@ import { type Hand, isDelete, take } from "./hand";
 
 type Side = "start" | "end";
 
+/** Pixels that a flight is wide at least, to be taken hold of; of a long take, zoom in for that, or use the list. */
+const LEAST_WIDE = 4;
+/** So few have handles however narrow they are. */
+const FEW = 40;
+
 interface Made {
   readonly band: HTMLButtonElement;
   readonly edges: Record<Side, HTMLElement>;
@@ -31,11 +36,13 @@ export class FlightHandles {
     const { layout, store } = hand;
     const { feet, map } = layout;
     const { knots } = store;
-    const flights = knots && feet.height > 0 ? store.flights : [];
+    const all = knots && feet.height > 0 ? store.flights : [];
+    const flights = all.length <= FEW ? all : all.filter((flight) => this.canBeHeld(flight));
     const elements = ({ band, edges }: Made): HTMLElement[] => [band, edges.start, edges.end];
     keep(this.made, flights, (flight) => this.make(flight), elements, this.overlay);
-    flights.forEach((flight, i) => {
+    flights.forEach((flight) => {
       if (!knots) return;
+      const i = all.indexOf(flight);
       const { band, edges } = this.made.get(flight.id) as Made;
       const [left, right] = [flight.start, flight.end].map((time) => hand.overlayX(outputAt(knots, time)));
       const low = hand.overlayX(hand.scales.output.from);
@@ -59,6 +66,17 @@ export class FlightHandles {
         describe(edge, flight[side], 0, store.inputEnd, said(store, flight[side]));
       }
     });
+  }
+
+  /** Whether a flight is in view, and wide enough there; the chosen one always is. */
+  private canBeHeld({ id, start, end }: Flight): boolean {
+    const { store, layout, scales } = this.hand;
+    const { selection, knots } = store;
+    if (selection?.kind === "flight" && selection.id === id) return true;
+    if (!knots) return false;
+    const [left, right] = [start, end].map((time) => this.hand.overlayX(outputAt(knots, time))) as [number, number];
+    const low = this.hand.overlayX(scales.output.from);
+    return right - left >= LEAST_WIDE && right >= low && left <= low + layout.map.width;
   }
 
   private make(made: Flight): Made {
