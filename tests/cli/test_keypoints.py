@@ -47,3 +47,21 @@ def test_a_warp_is_no_clip(run, clips, tmp_path) -> None:
     run("warp", clips.bvh, "--length", "65%", "--save", "w.json", "-q")
     assert "no keypoints of OpenPose or MediaPipe" in run("info", "w.json", code=1).stderr
     assert "can be read, but not written" in run("convert", clips.csv, "o.json", code=1).stderr
+
+
+def test_points_that_tremble_count_no_more_than_they_move(run, tmp_path) -> None:
+    """Arms fly three times for 0.6 s, and rest between; the other points only tremble."""
+    chance = np.random.default_rng(0)
+    times = np.arange(163) / 30
+    poses = chance.uniform(0.2, 0.8, (33, 3)) + chance.normal(0, 0.002, (163, 33, 3))
+    spans = [(start, start + 0.6) for start in (0.9, 2.4, 3.9)]
+    for start, _ in spans:
+        aloft = np.clip(times - start, 0, 0.6)[:, None]
+        poses[:, 15:23, 1] -= 0.6 * 4.9 * aloft * (0.6 - aloft)
+        poses[:, 15:23, 0] += 0.1 * aloft
+    (tmp_path / "arms.json").write_text(json.dumps({"fps": 30, "frames": landmarks(poses)}))
+    for length in ("65%", "150%"):
+        run("warp", "arms.json", "--length", length, "--save", "w.json", "--force", "-q")
+        warp = read_warp(tmp_path / "w.json")
+        inner = np.concatenate([np.linspace(start + 0.1, stop - 0.1, 20) for start, stop in spans])
+        np.testing.assert_allclose(warp.speed(warp.inverse()(inner)), 1, atol=0.05)

@@ -89,10 +89,15 @@ def flags_of(names: Iterable[str]) -> list[str]:
 
 
 def for_footage(path: Path, options: dict[str, Any]) -> dict[str, Any]:
-    """Have the channels of a video compared as they are: how they compare is settled when they are found."""
+    """Have the channels of a video, and of keypoints in one, compared as they are.
+
+    How those of a video compare is settled when they are found; keypoints are all places in one picture. Each divided
+    by its own spread, what only trembles would count as much as what moves.
+    """
+    from retime.formats.registry import format_of
     from retime.media.kinds import is_media
 
-    if not is_media(path):
+    if not (is_media(path) or format_of(path).alike):
         return options
     from retime.search.poses.spaces import PoseOptions
 

@@ -77,6 +77,9 @@ class Format:
     many_files : bool
         Whether a folder, or a pattern of names, may stand for a clip; its module then tells which (`is_many_files`) and
         reads them.
+    alike : bool
+        Whether all channels are places in one picture or room, so that a search compares them as they are, without
+        dividing each by its own spread.
     """
 
     name: str
@@ -96,6 +99,7 @@ class Format:
     layers: tuple[str, ...] = ()
     shared_ending: bool = False
     many_files: bool = False
+    alike: bool = False
 
 
 FORMATS = (
@@ -132,6 +136,7 @@ FORMATS = (
         writes=False,
         shared_ending=True,
         many_files=True,
+        alike=True,
     ),
 )
 
