@@ -39,9 +39,7 @@ def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
         The file can't be opened.
     """
     path = Path(path)
-    noted = _read_here.get()
-    if noted is not None and path not in noted:
-        noted.append(path)
+    note_read(path)
     status = path.stat()
     if stat.S_ISDIR(status.st_mode):
         raise FormatError("this is a folder, not a file", path=path)
@@ -56,6 +54,13 @@ def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
             path=path,
         )
     return data
+
+
+def note_read(path: Path) -> None:
+    """Note that a file is read, where somebody wants to know (`noting_reads`): by another process, or a library."""
+    noted = _read_here.get()
+    if noted is not None and path not in noted:
+        noted.append(path)
 
 
 @contextlib.contextmanager

@@ -12,6 +12,7 @@ import pytest
 
 import retime
 from retime.errors import FormatError, FormatWarning
+from retime.files import noting_reads
 from retime.formats.curves.usd_package import packed
 from retime.formats.read_options import ReadOptions
 from retime.formats.registry import facts_of, retime_file
@@ -411,3 +412,23 @@ def test_info_tells_layers_clock_and_what_moves(tmp_path: Path) -> None:
     found = facts_of(boxed, ReadOptions())
     assert found["stored"] == "package of 3 files, the first is a.usda (text)"
     assert (found["value clips"], found["animations"]) == ("1: /A", "none")
+
+
+def test_a_library_is_done_again_where_a_layer_changes(tmp_path: Path) -> None:
+    (tmp_path / "shared").mkdir()
+    path, _ = drawn_shot(1, tmp_path / "in")
+    with noting_reads() as read:
+        retime.read(path)
+    names = ("shot", "edits", "still", "lib/set", "lib/walk", "lib/deep/prop")
+    assert sorted(read) == sorted(tmp_path / f"in/{name}.usda" for name in names)
+    # Also where it is elsewhere, and where it is what is wrong.
+    (tmp_path / "shared/a.usda").write_text(DrawnScene(1).text())
+    outer = tmp_path / "in/outer.usda"
+    outer.write_text("#usda 1.0\n(\n    subLayers = [@../shared/a.usda@]\n)\n")
+    with noting_reads() as read:
+        retime.read(outer, outside=True)
+    assert set(read) == {outer, tmp_path / "shared/a.usda"}
+    (tmp_path / "in/lib/set.usda").write_text("#usda 1.0\ndef {")
+    with noting_reads() as read, pytest.raises(FormatError, match=r"set\.usda"):
+        retime.read(path)
+    assert tmp_path / "in/lib/set.usda" in read

@@ -28,7 +28,7 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.child_process import child_environment
 from retime.errors import FormatError, FormatWarning, InvalidMotionError, MissingExtraError
-from retime.files import write_bytes
+from retime.files import note_read, write_bytes
 from retime.formats.channel_meaning import make_signal
 from retime.formats.curves.exchange import Message, receive, send
 from retime.formats.curves.usd_package import packed
@@ -145,6 +145,7 @@ class Decoder:
         if answer is None:
             code = self._process.wait()
             raise FormatError(f"a damaged USD file: reading it ends the program that does ({code})", path=path)
+        self._note(answer, path)
         fault = answer.facts.get("fault")
         if fault is not None:
             raise FormatError(
@@ -160,6 +161,15 @@ class Decoder:
             told = re.sub(rf"{re.escape(self._folder.name)}/\d+/", "", str(said)[:1000])
             raise FormatError(told.replace(f": {path.name}:", ": line "), path=path)
         return answer
+
+    def _note(self, answer: Message, path: Path) -> None:
+        """Note which layers were read for a scene, as `noting_reads` has it."""
+        read = answer.facts.get("read")
+        for one in read if isinstance(read, list) else ():
+            if isinstance(one, str) and not one.startswith(self._folder.name):
+                found = Path(one)
+                folder = path.parent.resolve()
+                note_read(path.parent / found.relative_to(folder) if folder in found.parents else found)
 
 
 def _request(do: str, path: Path, data: bytes, options: ReadOptions, **more: Any) -> Message:

@@ -15,6 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from retime.errors import RetimeError
+from retime.files import noting_reads
 from retime.formats.curves.exchange import Message, receive, send
 from retime.formats.read_options import Limits
 from retime.warp.curve import Warp
@@ -36,7 +37,10 @@ def main(limits_text: str, work: Path) -> None:
         own = work / str(number)
         own.mkdir()
         try:
-            answer = answered(asked, own, limits)
+            with noting_reads() as read:
+                answer = answered(asked, own, limits)
+            # Whoever asked wants to know what it was made of, also where that could not be done.
+            answer.facts["read"] = [str(path) for path in read]
             try:
                 send(answer, answers)
             except ValueError as error:

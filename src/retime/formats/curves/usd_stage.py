@@ -17,7 +17,7 @@ from typing import Any
 from pxr import Ar, Sdf, Tf, Usd
 
 from retime.errors import FormatError
-from retime.files import read_bytes
+from retime.files import note_read, read_bytes
 from retime.formats.curves.usd_package import unpacked
 from retime.formats.read_options import Limits
 
@@ -128,6 +128,10 @@ def open_scene(name: str, data: bytes, folder: Path | None, work: Path, outside:
     except Tf.ErrorException as error:
         raise FormatError(words_of(error)) from None
     base = Path(os.path.realpath(place.parent))
+    if gathered.elsewhere:
+        for used in stage.GetUsedLayers():
+            if used.realPath:
+                note_read(Path(used.realPath))
     return Scene(stage, layer, Path(os.path.realpath(work)), base, data, package, gathered.used, gathered.missing)
 
 
