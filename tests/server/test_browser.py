@@ -21,8 +21,9 @@ import pytest
 
 import retime
 from retime.media.beats import read_beats
-from retime.project.document import BeatsFile, MediaFile
+from retime.project.document import BeatsFile, InfluencePoint, MediaFile
 from retime.project.file import read_project
+from retime.project.solve import DocumentSolver
 from retime.search.options import OPTIONS
 from tests.cli.figures import figure
 from tests.server.serving import serving  # noqa: F401  (says that this needs the packages that serve)
@@ -337,3 +338,23 @@ def test_a_group_is_aligned_seen_through_its_camera_and_written_at_once(rooms):
 def test_a_welcome_menus_shortcuts_and_ways_to_turn_the_stage(rooms):
     retime.write(retime.sample().frames(0, 200), Path(rooms["folder"]) / "earlier.bvh")
     drive("menus.mjs", 180, recent="earlier.bvh", **rooms)
+
+
+def test_influence_is_painted_limits_are_suggested_and_an_output_leads(rooms):
+    clip = retime.sample().frames(0, 420)
+    retime.write(clip, Path(rooms["folder"]) / "walk.bvh")
+    found = drive("limp.mjs", 240, clip="walk.bvh", **rooms)
+    document = read_project(str(found["painted"])).document
+    assert document.options == {"length": "60%", "speed": found["speed"]}
+    assert document.influence == (InfluencePoint(0, 0), InfluencePoint(2.5, 0.25), InfluencePoint(3, 1))
+    keys = [(key.input_time, key.output_time) for key in document.keys]
+    expected = retime.guided_warp(
+        clip, keys=keys, length="60%", speed=str(found["speed"]), influence=[(0, 0), (2.5, 0.25), (3, 1)]
+    ).warp
+    solved = DocumentSolver().solve(document)
+    np.testing.assert_array_equal(solved.warp.input_times, expected.input_times)
+    # What leads is the very output.
+    (reference,) = read_project(str(found["led"])).document.references
+    led, made = retime.read(str(reference.path)), retime.apply_warp(clip, expected)
+    assert led.n_frames == made.n_frames
+    np.testing.assert_allclose(led.translations[:, 0], made.translations[:, 0], atol=1e-4)

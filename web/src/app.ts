@@ -113,6 +113,7 @@ export class App {
     if (options.upload) {
       this.panels.push(new MediaLoader(this.store, (address) => media.show(address)));
       this.offerWelcome();
+      this.dialogs.keepOutput = (take) => this.keepOutput(take);
       this.dialogs.addFilm(new FilmDialog(this.store, this.stage, this.theme));
     }
     this.shortcuts = shortcutTable(this.store, this.connection, this.player, this.timeline, this.dialogs, {
@@ -309,8 +310,19 @@ export class App {
     store.select(null);
     store.point(null);
     this.player.rewind();
-    store.look({ companion: "input", showB: false, clip: 0, reference: 0, through: false });
+    store.look({ companion: "input", showB: false, clip: 0, reference: 0, through: false, paintsInfluence: false });
     this.timeline.fit();
+  }
+
+  /** Have the output kept as a file; where that can't be, say why. */
+  private async keepOutput(take: (path: string) => void): Promise<void> {
+    try {
+      const answer = await fetch("/output", { method: "POST" });
+      if (!answer.ok) throw new Error(await answer.text());
+      take(((await answer.json()) as { path: string }).path);
+    } catch (error) {
+      this.notices.say("error", error instanceof Error ? error.message : String(error));
+    }
   }
 
   /** Where nothing was named to edit, begin with what could be. */

@@ -175,6 +175,12 @@ export interface WorkArea {
   readonly end: number;
 }
 
+/** How much the search has to say at a moment; between two of them it changes evenly. */
+export interface InfluencePoint {
+  readonly time: number;
+  readonly share: number;
+}
+
 /** All that undo brings back. */
 export interface Document {
   readonly clips: readonly ClipFile[];
@@ -192,6 +198,7 @@ export interface Document {
   readonly beats: BeatsFile | null;
   readonly markers: readonly Marker[];
   readonly work_area: WorkArea | null;
+  readonly influence: readonly InfluencePoint[];
 }
 
 // From the page to the server.

@@ -34,6 +34,8 @@ export interface ViewSettings {
   readonly clip: number;
   /** The stage is seen through the group's camera. */
   readonly through: boolean;
+  /** The row where influence is painted over time is shown, though it is the same everywhere. */
+  readonly paintsInfluence: boolean;
   /** Which reference is looked at. */
   readonly reference: number;
 }
@@ -56,6 +58,7 @@ export const PLAIN_VIEW: ViewSettings = {
   navigation: "retime",
   clip: 0,
   through: false,
+  paintsInfluence: false,
   reference: 0,
 };
 

@@ -28,6 +28,7 @@ export const EMPTY: Document = {
   average: true,
   options: {},
   kept: [],
+  influence: [],
   media: null,
   beats: null,
   markers: [],

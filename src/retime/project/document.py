@@ -6,6 +6,7 @@ rates and speeds are text as on the command line, so that a document and a comma
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict
 
@@ -252,7 +253,7 @@ def _held_by(option: Option) -> Any:
     """Return the type that holds an option in a document."""
     if option.kind == "choice":
         return Literal[tuple(choice.value for choice in option.choices)]
-    # A curve of influence is for Python and the command line: the page has no place to show one.
+    # A curve of influence stands in the document itself: see `InfluencePoint`.
     held = {"influence": float, "number": float, "whole": int, "flag": bool}
     return held.get(option.kind, str)
 
@@ -278,6 +279,22 @@ class KeptWarp:
 
     id: str
     name: str
+
+
+@dataclass(frozen=True)
+class InfluencePoint:
+    """How much the search has to say at a moment; between two of them it changes evenly.
+
+    Attributes
+    ----------
+    time : float
+        Output time, seconds.
+    share : float
+        From 0 (the spline through the keytimes) to 1 (guided).
+    """
+
+    time: float
+    share: float
 
 
 @dataclass(frozen=True)
@@ -355,6 +372,8 @@ class Document:
         In any order.
     work_area : WorkArea, optional
         Left out, all of the output.
+    influence : tuple of InfluencePoint
+        Influence over time, in the order of time; where there is a point, the option of that name waits.
     """
 
     clips: tuple[ClipFile, ...]
@@ -373,6 +392,7 @@ class Document:
     beats: BeatsFile | None = None
     markers: tuple[Marker, ...] = ()
     work_area: WorkArea | None = None
+    influence: tuple[InfluencePoint, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.clips:
@@ -403,5 +423,10 @@ class Document:
                 raise FormatError(f"an id of the {what} is empty, or longer than {MAX_NAME} letters")
         if any(len(marker.name) > MAX_NAME for marker in self.markers):
             raise FormatError(f"the name of a marker is longer than {MAX_NAME} letters")
+        times = [point.time for point in self.influence]
+        if any(after <= before for before, after in itertools.pairwise(times)):
+            raise FormatError("the points of the influence are not in the order of their times")
+        if not all(0 <= point.share <= 1 for point in self.influence):
+            raise FormatError("an influence is from 0 to 1")
         if self.work_area is not None and not self.work_area.start < self.work_area.end:
             raise FormatError("a work area ends after it begins")

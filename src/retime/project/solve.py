@@ -149,7 +149,11 @@ def _searched(document: Document) -> tuple[int, ...]:
 
 def _given(document: Document, stage: options.Stage, method: options.Method) -> dict[str, Any]:
     """Return those options of a stage that a document gives; what says nothing for a method waits for another."""
-    return {name: document.options[name] for name in options.names(stage, method) if name in document.options}
+    names = options.names(stage, method)
+    found: dict[str, Any] = {name: document.options[name] for name in names if name in document.options}
+    if document.influence and "influence" in names:
+        found["influence"] = [(point.time, point.share) for point in document.influence]
+    return found
 
 
 def _align_session(

@@ -20,7 +20,7 @@ from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from retime.errors import FormatError
+from retime.errors import FormatError, RetimeError, words_of
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import Document
 from retime.project.recent import recent
@@ -85,6 +85,7 @@ class Editor:
             Route("/drop", self._drop, methods=["POST"]),
             Route("/health", self._health),
             Route("/welcome", self._welcome),
+            Route("/output", self._output, methods=["POST"]),
             *self._beside.routes,
             *self._films.routes,
         ]
@@ -116,6 +117,17 @@ class Editor:
 
     async def _health(self, request: Request) -> Response:
         return PlainTextResponse("ok")
+
+    async def _output(self, request: Request) -> Response:
+        """Keep the output as it is now, as a file that can be a reference; answer with its path."""
+        assert self._shared is not None
+        try:
+            place = await self._shared.keep_output(self._drops)
+        except (RetimeError, OSError) as error:
+            return PlainTextResponse(words_of(error), 409)
+        except Exception as error:
+            return PlainTextResponse(words_for_page(error), 500)
+        return JSONResponse({"path": str(place)})
 
     async def _welcome(self, request: Request) -> Response:
         """Say whether the page begins with a welcome, and what was opened last that may be opened again."""

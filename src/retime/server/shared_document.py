@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import secrets
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -18,9 +19,10 @@ from pathlib import Path
 from typing import Literal
 
 from retime.errors import OptionError
+from retime.formats.compressed import plain_path
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import MAX_NAME, Document, KeptWarp
-from retime.project.export import check_no_input
+from retime.project.export import check_no_input, export_motion
 from retime.project.file import SUFFIX, files_of, warp_id
 from retime.project.history import History
 from retime.project.journal import Edit, Journal
@@ -422,6 +424,32 @@ class SharedDocument:
         if name.lower().endswith(SUFFIX):
             return files.find_dropped(name, data, self._places)
         place = files.keep_dropped(name, data, folder)
+        self._places.add_folder(folder)
+        return place
+
+    async def keep_output(self, folder: Path) -> Path:
+        """Write the first clip as the warp of this very document shows it, where pages may read; return its place.
+
+        Raises
+        ------
+        OptionError
+            There is no warp yet, or the document asks for what can't be done.
+        """
+        solution = self._solver.answer(self._revision)
+        if solution is None:
+            raise OptionError("there is no output to keep: wait for the curve")
+
+        def write() -> Path:
+            source = plain_path(solution.document.clips[0].path)
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            for number in itertools.count(1):
+                place = folder / f"{source.stem}_output{'' if number == 1 else f'-{number}'}{source.suffix.lower()}"
+                if not place.exists():
+                    break
+            export_motion(solution, 0, place, overwrite=False)
+            return place
+
+        place = await asyncio.to_thread(write)
         self._places.add_folder(folder)
         return place
 

@@ -22,6 +22,8 @@ export interface Layout {
   readonly heat: Box;
   /** When feet stand, and flights; without a figure it has no height. */
   readonly feet: Box;
+  /** Influence over time; where it is the same everywhere it has no height. */
+  readonly influence: Box;
   /** The sound beside the stage; without one it has no height. */
   readonly sound: Box;
   readonly reference: Box;
@@ -34,6 +36,7 @@ export const GUTTER = 72;
 const RULER = 28;
 const HEAT = 13;
 const FEET = 17;
+const INFLUENCE = 34;
 const SOUND = 30;
 const REFERENCE = 30;
 const FOOT = 18;
@@ -42,19 +45,26 @@ const SPEED_SHARE = 0.22;
 /** From a keytime to an end of its tangent. */
 const TANGENT = 46;
 
-export function layoutOf(width: number, height: number, { hasFeet = false, hasSound = false } = {}): Layout {
+export function layoutOf(
+  width: number,
+  height: number,
+  { hasFeet = false, hasSound = false, hasInfluence = false } = {},
+): Layout {
   const wide = Math.max(width - GUTTER - 10, 40);
   const feetHeight = hasFeet ? FEET : 0;
   const feetRoom = hasFeet ? FEET + 4 : 0;
+  const influenceHeight = hasInfluence ? INFLUENCE : 0;
+  const influenceRoom = hasInfluence ? INFLUENCE + 4 : 0;
   const soundHeight = hasSound ? SOUND : 0;
   const soundRoom = hasSound ? SOUND + 4 : 0;
-  const rest = Math.max(height - RULER - HEAT - feetRoom - soundRoom - REFERENCE - FOOT - 12, 80);
+  const rest = Math.max(height - RULER - HEAT - feetRoom - influenceRoom - soundRoom - REFERENCE - FOOT - 12, 80);
   const speedHeight = Math.round(clamp(rest * SPEED_SHARE, Math.min(60, rest / 2), 150));
   const map = { x: GUTTER, y: RULER, width: wide, height: rest - speedHeight };
   const speed = { x: GUTTER, y: map.y + map.height + 4, width: wide, height: speedHeight };
   const heat = { x: GUTTER, y: speed.y + speed.height + 4, width: wide, height: HEAT };
   const feet = { x: GUTTER, y: heat.y + heat.height + 4, width: wide, height: feetHeight };
-  const sound = { x: GUTTER, y: heat.y + heat.height + 4 + feetRoom, width: wide, height: soundHeight };
+  const influence = { x: GUTTER, y: heat.y + heat.height + 4 + feetRoom, width: wide, height: influenceHeight };
+  const sound = { x: GUTTER, y: influence.y + influenceRoom, width: wide, height: soundHeight };
   const reference = { x: GUTTER, y: sound.y + soundRoom, width: wide, height: REFERENCE };
   return {
     width,
@@ -65,6 +75,7 @@ export function layoutOf(width: number, height: number, { hasFeet = false, hasSo
     speed,
     heat,
     feet,
+    influence,
     sound,
     reference,
     foot: { x: 8, y: reference.y + REFERENCE, width: Math.max(width - 16, 40), height: FOOT },

@@ -50,7 +50,7 @@ export class Surface {
     }
     const pen = onlyMarkers(changed) ? null : penOf(canvas);
     if (!pen) return;
-    this.paintBackdrop(ratio, scales, changed, canvasOf);
+    this.paintBackdrop(ratio, layout, scales, changed, canvasOf);
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.globalCompositeOperation = "copy";
     pen.drawImage(this.backdrop, 0, 0);
@@ -62,6 +62,7 @@ export class Surface {
   /** Paint the backdrop again, where something that it shows has changed. */
   private paintBackdrop(
     ratio: number,
+    layout: Layout,
     scales: Scales,
     changed: Set<Topic>,
     canvasOf: (pen: CanvasRenderingContext2D) => Canvas,
@@ -80,7 +81,10 @@ export class Surface {
       end,
       references,
       store.reference,
-      store.beside.peaks,
+      // Rows come and go.
+      layout.speed.y,
+      layout.influence.height,
+      layout.sound.height,
       unitsOf(store),
     ];
     if (!changed.has("clips") && of.every((part, i) => part === this.backdropOf[i])) return;

@@ -15,6 +15,7 @@ import { type Drag, draggable } from "./drag";
 import { Handles } from "./handles/handles";
 import { GUTTER, inputTimeAt, inside, type Layout, layoutOf, outputTimeAt, type Scales } from "./layout";
 import { Legend } from "./legend";
+import { paintInfluence } from "./paint_influence";
 import { ReferenceChooser } from "./reference_chooser";
 import { ScrollBar } from "./scroll_bar";
 import { onlyMarkers, Surface } from "./surface";
@@ -84,6 +85,7 @@ export class Timeline {
     this.layout = layoutOf(clientWidth, clientHeight, {
       hasFeet: this.store.clip?.holds === "motion",
       hasSound: this.store.beside.peaks !== null,
+      hasInfluence: this.store.view.paintsInfluence || (this.store.document?.influence.length ?? 0) > 0,
     });
     if (!this.store.dragging) this.scales = this.zoom.scales(this.scales);
     this.surface.paint(this.layout, this.scales, turned ? new Set([...changed, "view"]) : changed);
@@ -129,6 +131,8 @@ export class Timeline {
       if (down.button === 1 || down.altKey) return this.pan();
       if (inside(this.layout.gutter, x, y) && store.document) return this.drawLock(y);
       if (inside(this.layout.feet, x, y) && this.layout.feet.height > 0 && store.knots) return this.drawFlight(x);
+      if (inside(this.layout.influence, x, y) && this.layout.influence.height > 0 && store.knots)
+        return paintInfluence(store, this.connection, this.layout, this.scales, { x, y });
       if (y > this.layout.heat.y + this.layout.heat.height) return null;
       if (x < GUTTER - 8) return null;
       (document.activeElement as HTMLElement | null)?.blur();
@@ -171,7 +175,9 @@ export class Timeline {
       // What is pointed at is a frame.
       store.point(over ? Math.max(0, snapped(time(event), store.rate)) : null);
       const cursor = inside(this.layout.gutter, x, y) ? "row-resize" : "default";
-      canvas.style.cursor = inside(this.layout.feet, x, y) && this.layout.feet.height > 0 ? "col-resize" : cursor;
+      const { influence } = this.layout;
+      if (influence.height > 0 && inside(influence, x, y)) canvas.style.cursor = "crosshair";
+      else canvas.style.cursor = inside(this.layout.feet, x, y) && this.layout.feet.height > 0 ? "col-resize" : cursor;
     });
     this.root.addEventListener("pointerleave", () => store.point(null));
   }

@@ -29,6 +29,9 @@ export class Dialogs {
     this.add(this.write.root);
   }
 
+  /** Keeps the output as a file, and hands on its path; null where the server can't be asked for it. */
+  keepOutput: ((take: (path: string) => void) => Promise<void>) | null = null;
+
   /** Take in the dialog that films the stage. */
   addFilm(film: FilmDialog): void {
     this.add(film.root);

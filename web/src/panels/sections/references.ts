@@ -25,12 +25,20 @@ export function referencesSection({ store, connection, dialogs }: Side): Section
   const { root, body } = frame("References", file, itself);
   const list = new ReferenceList(store, connection);
   const details = new ReferenceDetails(store, connection, dialogs);
-  body.append(list.root, details.root);
+  const output = button(
+    "This output as a reference",
+    "Keep the output as it is now, and imitate it: what was retimed by hand leads what comes after",
+    () => void dialogs.keepOutput?.(add),
+  );
+  output.classList.add("framed", "wide");
+  body.append(list.root, details.root, output);
   return {
     root,
     update() {
       list.update();
       details.update();
+      output.hidden = dialogs.keepOutput === null;
+      output.disabled = store.curve === null || store.problem !== null;
       // The clip itself is what is imitated already, where nothing else is.
       itself.hidden = documentOf(store).references.length === 0;
     },

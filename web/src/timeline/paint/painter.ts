@@ -6,6 +6,7 @@ import { mapCurves, speedCurves } from "./curves";
 import { example, exampleCurve, unspoken } from "./example";
 import { feet } from "./feet";
 import { heat } from "./heat";
+import { influence, influenceLabel } from "./influence";
 import { pastEnd, playhead, tangent } from "./markers";
 import { markers, workArea } from "./marks";
 import { matches, reference } from "./reference_strip";
@@ -26,6 +27,7 @@ export function paintBackdrop(canvas: Canvas): void {
   inputAxis(canvas);
   speedAxis(canvas);
   soundLabel(canvas);
+  influenceLabel(canvas);
   if (canvas.store.knots) heat(canvas, canvas.store.knots);
   reference(canvas);
   frames(canvas);
@@ -39,6 +41,7 @@ export function paintForeground(canvas: Canvas): void {
   if (knots) {
     flights(canvas, knots);
     feet(canvas, knots);
+    influence(canvas, knots);
     sound(canvas, knots);
     beats(canvas, knots);
     example(canvas);
