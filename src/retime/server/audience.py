@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
 
 from retime.server import messages
 from retime.server.message_coding import write_message
@@ -63,7 +66,8 @@ class Audience:
             if isinstance(message, messages.Notice) and name in self._latest:
                 # Told before; each position of a drag would tell it again.
                 continue
-            self._latest[name] = message, payload
+            # How a clip is written is kept, and not once more what was written: of a long take that is much.
+            self._latest[name] = _without_arrays(message) if isinstance(message, messages.Clip) else message, payload
             for page in self._pages:
                 page.put(message, payload)
 
@@ -76,3 +80,7 @@ class Audience:
     def forget(self) -> None:
         """Another document is open: what was found of the old one is told to nobody any more."""
         self._latest.clear()
+
+
+def _without_arrays(clip: messages.Clip) -> messages.Clip:
+    return replace(clip, positions=np.zeros((0, 0, 3), dtype=np.float32), values=np.zeros((0, 0)))
