@@ -293,6 +293,25 @@ def test_hands_are_read_where_there_is_no_body(tmp_path) -> None:
     np.testing.assert_array_equal(values_of(signal), poses)
 
 
+def test_no_visibility_of_hands_is_none(tmp_path) -> None:
+    """MediaPipe says 0 for all points of hands; a body's are never all 0."""
+    poses = moving(6, 21)
+    frames = [{"hand_landmarks": one} for one in landmarks(poses, visibility=0.0)]
+    np.testing.assert_array_equal(values_of(read(dump(tmp_path / "a.json", frames), rate=30)), poses)
+
+
+def test_the_body_is_read_in_all_frames_or_nobody_is_there(tmp_path) -> None:
+    """Dumps leave out what was not found, so that one frame may have but a hand."""
+    hand = landmarks(moving(1, 21))[0]
+    frames = [{"left_hand_landmarks": hand}, *({"pose_landmarks": one, "left_hand_landmarks": hand} for one in LISTS)]
+    frames[5] = {"left_hand_landmarks": hand, "pose_landmarks": None}
+    with pytest.warns(FormatWarning, match="kept gaps"):
+        signal = read(dump(tmp_path / "a.json", frames), rate=30, gaps="keep")
+    wanted = np.concatenate([np.full((1, 33, 3), np.nan), POSES])
+    wanted[5] = np.nan
+    np.testing.assert_array_equal(values_of(signal), wanted)
+
+
 BROKEN: dict[str, tuple[Any, str]] = {
     "empty": ("", "empty; expected keypoints"),
     "no JSON": ("frames: 3", "not JSON"),

@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
@@ -336,7 +336,7 @@ def _read_one(path: Path, data: bytes, least: float) -> _Found:
             number = _named_number(path, place, entry, _NUMBERS)
             frames.append(_Frame([pose for pose in poses if np.isfinite(pose).any()], number))
         return replace(_openpose(frames, layout, path, first_number=0), rate=rate)
-    reader = _Landmarks(path, least)
+    reader = _Landmarks(path, least, _chosen_list(entry for _, entry in entries))
     frames = [reader.frame(place, number, entry) for place, (number, entry) in enumerate(entries)]
     names: tuple[str, ...] = reader.names
     if reader.layout is None:
@@ -380,6 +380,18 @@ def _said_rate(path: Path, document: Mapping[str, Any]) -> Fraction | None:
     return None
 
 
+def _chosen_list(entries: Iterable[Any]) -> str | None:
+    """Say which of the lists in frames is read: of the body, where a frame has one, else of a hand, in all frames."""
+    there = {
+        _plain(key)
+        for entry in entries
+        if isinstance(entry, dict) and not _is_point(entry) and not _is_named(entry)
+        for key, value in entry.items()
+        if value
+    }
+    return next((name for name in (*_BODIES, *_ELSE) if name in there), None)
+
+
 class _Landmarks:
     """Reads frames of landmarks, as MediaPipe finds them.
 
@@ -393,14 +405,12 @@ class _Landmarks:
         Of the times.
     """
 
-    def __init__(self, path: Path, least: float) -> None:
-        self.path, self.least = path, least
+    def __init__(self, path: Path, least: float, key: str | None) -> None:
+        self.path, self.least, self.key = path, least, key
         self.layout: tuple[int, int] | None = None
         self.names: tuple[str, ...] = ()
         self.time_name: str = ""
         self.time_form: Any = None
-        # Which of a frame's lists is read: the first that is found, in all frames.
-        self.key: str | None = None
 
     def error(self, place: int, problem: str) -> FormatError:
         return FormatError(f"frame {place}: {problem}", path=self.path)
@@ -413,8 +423,6 @@ class _Landmarks:
             inside = {_plain(key): value for key, value in entry.items()}
             number = _named_number(self.path, place, entry, _NUMBERS) if number is None else number
             time = self.time(place, entry)
-            if self.key is None or self.key not in inside:
-                self.key = next((name for name in (*_BODIES, *_ELSE) if inside.get(name)), self.key)
             body = inside.get(self.key) if self.key else None
             known = {*_BODIES, *_ELSE, *_NUMBERS, *_TIMES}
             if body is None and not known & set(inside):
@@ -455,7 +463,9 @@ class _Landmarks:
         table = np.array([row if len(row) == 4 or not with_depth else (*row[:2], np.nan, row[2]) for row in rows])
         if not len(table):
             return np.empty((0, 2))
-        return _confident(table[:, :-1], table[:, -1], self.least)
+        # Of hands and faces MediaPipe finds no visibility, and says 0 for all.
+        unsaid = not table[:, -1].any()
+        return _confident(table[:, :-1], np.ones(len(table)) if unsaid else table[:, -1], self.least)
 
     def point(self, place: int, number: int, point: Any) -> tuple[float, ...]:
         """Return x, y, z if there is one, and confidence."""
