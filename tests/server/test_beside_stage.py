@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import wave
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from retime import apply_warp, guided_warp, read
 from retime.media.kinds import SOUND_SUFFIXES, VIDEO_SUFFIXES
 
 WEB = Path(__file__).resolve().parents[2] / "web"
@@ -75,6 +77,44 @@ def test_what_is_no_media_is_refused_by_what_it_holds(served, name, content, sta
         answer = served.ask("/media")
         assert answer.status == status
         assert says in answer.body.decode()
+
+
+def test_a_folder_and_a_pipe_are_no_media(served) -> None:
+    (served.folder / "folder.mp4").mkdir()
+    names = ["folder.mp4"]
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(served.folder / "pipe.wav")
+        names.append("pipe.wav")
+    with served.ready_page() as page:
+        for name in names:
+            _put(page, served, name)
+            answer = served.ask("/media")
+            assert (answer.status, "not a regular file" in answer.body.decode()) == (415, True)
+
+
+def test_an_output_is_kept_as_a_file_that_can_lead(served) -> None:
+    with served.ready_page() as page:
+        page.edit(options={"length": "60%"})
+        assert page.curve()["type"] == "curve"
+        page.told()
+        places = []
+        for _ in range(2):
+            answer = served.ask("/output", method="POST", body=b"", Origin=f"http://{served.host}")
+            assert answer.status == 200, answer.body
+            places.append(Path(json.loads(answer.body)["path"]))
+        assert [place.name for place in places] == ["jump_output.bvh", "jump_output-2.bvh"]
+        clip = read(served.folder / "jump.bvh")
+        assert read(places[0]).n_frames == apply_warp(clip, guided_warp(clip, length="60%")).n_frames
+        # It can be a reference, wherever it lies.
+        page.edit(references=[{"path": str(places[0])}])
+        assert page.curve()["type"] == "curve"
+        # What can't be done has no output.
+        page.edit(options={"length": "nonsense"}, references=[])
+        assert page.curve()["type"] == "problem"
+        answer = served.ask("/output", method="POST", body=b"", Origin=f"http://{served.host}")
+        assert answer.status == 409
+        assert len(answer.body) > 10
+    assert served.ask("/output", method="POST", body=b"").status == 403
 
 
 def test_media_outside_the_allowed_folders_are_refused(served, tmp_path) -> None:

@@ -160,6 +160,41 @@ try {
   await section.getByRole("button", { name: "Take it away" }).click();
   await until(() => section.getByLabel("Goes with").isVisible(), false);
   await until(() => player.evaluate((video) => video.readyState), 0);
+  // So is a sound that is dropped on the page put beside it: half a second of nothing.
+  await page.evaluate(() => {
+    const data = new DataView(new ArrayBuffer(44 + 8000));
+    const say = (at, text) => [...text].forEach((letter, i) => data.setUint8(at + i, letter.charCodeAt(0)));
+    for (const [at, text] of [
+      [0, "RIFF"],
+      [8, "WAVEfmt "],
+      [36, "data"],
+    ])
+      say(at, text);
+    for (const [at, number] of [
+      [4, 36 + 8000],
+      [16, 16],
+      [24, 8000],
+      [28, 16_000],
+      [40, 8000],
+    ])
+      data.setUint32(at, number, true);
+    for (const [at, number] of [
+      [20, 1],
+      [22, 1],
+      [32, 2],
+      [34, 16],
+    ])
+      data.setUint16(at, number, true);
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([data.buffer], "dropped.wav"));
+    document
+      .querySelector(".retime")
+      .dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, bubbles: true, cancelable: true }));
+  });
+  await section.getByRole("button", { name: "dropped.wav" }).waitFor();
+  await until(() => player.evaluate((video) => Math.round(100 * video.duration)), 50);
+  await page.keyboard.press("Control+z");
+  await until(() => player.evaluate((video) => video.readyState), 0);
   await page.keyboard.press("Control+z");
   await until(() => player.evaluate((video) => video.readyState > 0), true);
   // What is refused the browser notes too.

@@ -67,14 +67,23 @@ export function mediaSection({ store, connection, dialogs }: Side): Section {
   const found = make("p", { class: "note", role: "status" });
   const refused = make("p", { class: "refused", role: "alert", hidden: true });
   const details = make("div", {}, file, trouble, clock.row, offset.row, heard.row);
-  body.append(details, source.row, found, refused, snap.row);
+  const elsewhere = make(
+    "p",
+    { class: "note", hidden: true },
+    "A notebook shows none: save the project, and open it by retime edit.",
+  );
+  body.append(elsewhere, details, source.row, found, refused, snap.row);
 
   const update = (): void => {
     const document = documentOf(store);
     const { media, beats } = document;
+    // A notebook's page has no way to the file.
+    const served = dialogs.keepOutput !== null;
+    elsewhere.hidden = served;
+    for (const part of [source.row, add]) part.hidden = !served;
     const { beside, view } = store;
-    details.hidden = media === null;
-    add.hidden = media !== null;
+    details.hidden = media === null || !served;
+    if (media !== null) add.hidden = true;
     if (media) {
       setText(name, fileName(media.path));
       name.title = media.path;
