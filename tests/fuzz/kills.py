@@ -189,4 +189,4 @@ def trial(draw: random.Random) -> str:
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    sys.exit(command_apart(trial, __doc__, name="kills"))
+    sys.exit(command_apart(trial, __doc__, name="kills", most_bytes=None))

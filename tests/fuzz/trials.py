@@ -160,7 +160,7 @@ def run_apart(
     seeds: range,
     *,
     most_seconds: int = MOST_SECONDS,
-    most_bytes: int = MOST_BYTES,
+    most_bytes: int | None = MOST_BYTES,
     block: int = 10_000,
     told: Callable[[range, Tally], None] = lambda seeds, tally: None,
 ) -> Tally:
@@ -170,8 +170,9 @@ def run_apart(
     ----------
     trial, seeds, most_seconds
         As of `run`; seconds are those of the processor.
-    most_bytes : int
-        What trials may hold beyond what the process held before them.
+    most_bytes : int, optional
+        What trials may hold beyond what the process held before them. None for those that start processes, which would
+        be bounded too.
     block : int
         Seeds of a process.
     told : callable
@@ -197,7 +198,7 @@ def run_apart(
     return whole
 
 
-def _in_a_process(trial: Trial, seeds: range, most_seconds: int, most_bytes: int) -> Tally | tuple[int, str]:
+def _in_a_process(trial: Trial, seeds: range, most_seconds: int, most_bytes: int | None) -> Tally | tuple[int, str]:
     """Run trials in a fork of this process; where it dies, return the seed at which it did, and how."""
     sys.stdout.flush()
     sys.stderr.flush()
@@ -207,7 +208,8 @@ def _in_a_process(trial: Trial, seeds: range, most_seconds: int, most_bytes: int
     if child == 0:
         os.close(source)
         try:
-            _bound_memory(most_bytes)
+            if most_bytes is not None:
+                _bound_memory(most_bytes)
             # A loop in compiled code sees no handler: the second clock ends the process.
             signal.signal(signal.SIGVTALRM, signal.SIG_DFL)
 
@@ -291,12 +293,12 @@ def command(trial: Trial, description: str | None, *, most_seconds: int = MOST_S
     return tell(run(trial, seeds, most_seconds=most_seconds))
 
 
-def command_apart(trial: Trial, description: str | None, *, name: str) -> int:
+def command_apart(trial: Trial, description: str | None, *, name: str, most_bytes: int | None = MOST_BYTES) -> int:
     """Do as `command`, in processes of their own; see `run_apart`."""
-    return run_told(trial, arguments(description).parse_args(), name=name)
+    return run_told(trial, arguments(description).parse_args(), name=name, most_bytes=most_bytes)
 
 
-def run_told(trial: Trial, given: argparse.Namespace, *, name: str) -> int:
+def run_told(trial: Trial, given: argparse.Namespace, *, name: str, most_bytes: int | None = MOST_BYTES) -> int:
     """Run trials in processes of their own, and print how far they are and what is wrong; return an exit code."""
     seeds = range(given.seed, given.seed + given.count) if given.only is None else range(given.only, given.only + 1)
     begun = told_at = time.monotonic()
@@ -312,7 +314,7 @@ def run_told(trial: Trial, given: argparse.Namespace, *, name: str) -> int:
     with tempfile.TemporaryDirectory(prefix="retime-fuzz-") as folder:
         # What a process that died has left goes with it.
         tempfile.tempdir = folder
-        tally = run_apart(trial, seeds, block=given.block, told=told)
+        tally = run_apart(trial, seeds, most_bytes=most_bytes, block=given.block, told=told)
         tempfile.tempdir = None
     print(
         f"{name}, seeds {seeds.start} to {seeds.stop - 1}: {tally.seconds:.0f} s of the processor in "
