@@ -13,9 +13,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from pages import follow, run_examples
-
 TUTORIAL = Path(__file__).resolve().parents[1] / "docs" / "tutorial.md"
 # What a fresh environment has, and what retime itself needs.
 EXPECTED = {"pip", "setuptools", "wheel", "retime", "numpy", "click", "colorama"}
@@ -30,6 +27,10 @@ def call(arguments: list[str]) -> tuple[int, str]:
 
 def main() -> None:
     """Follow the tutorial from start to end."""
+    # Of this folder alone: the rest of the tests needs more than there is.
+    sys.path.insert(0, str(Path(__file__).resolve().parent))
+    from pages import follow, run_examples
+
     import retime
 
     there = {found.metadata["Name"].lower() for found in importlib.metadata.distributions()}
@@ -40,7 +41,8 @@ def main() -> None:
         n_commands = follow(TUTORIAL, call, Path(folder))
         n_examples = run_examples(TUTORIAL)
         os.chdir(Path(folder).anchor)
-    assert n_commands > 5 < n_examples + 1
+    assert n_commands > 5
+    assert n_examples > 4
     _, build = call(["info", "--build"])
     backend = next(line for line in build.splitlines() if line.startswith("kernels"))
     print(
