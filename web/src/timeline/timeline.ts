@@ -150,7 +150,8 @@ export class Timeline {
     });
     canvas.addEventListener("dblclick", (event) => {
       const { x, y } = place(event);
-      if (inside(this.layout.map, x, y) || inside(this.layout.speed, x, y)) this.addKeyAt(time(event));
+      if (inside(this.layout.map, x, y) || inside(this.layout.speed, x, y))
+        this.addKeyAt(this.onFrame(time(event), event), true);
       if (inside(this.layout.ruler, x, y)) this.mark("output", this.onFrame(time(event), event));
     });
     this.root.addEventListener(
@@ -186,14 +187,14 @@ export class Timeline {
     return this.handles.snapOutput(time, event);
   }
 
-  /** Put a keytime on the curve, at an output time. */
-  addKeyAt(outputTime: number): void {
+  /** Put a keytime on the curve, at an output time: on a frame, or just there where the hand has snapped it already. */
+  addKeyAt(outputTime: number, isPlaced = false): void {
     const { store, connection } = this;
     const knots = store.knots;
     if (!knots || !store.document) return;
     const end = outputEnd(knots);
     const frame = 1 / store.rate;
-    const when = this.handles.snapOutput(outputTime);
+    const when = store.view.snap && !isPlaced ? snapped(outputTime, store.rate) : outputTime;
     // The ends are keys already.
     if (when < frame / 2 || when > end - frame / 2) return;
     const shown = inputAt(knots, when);

@@ -62,7 +62,10 @@ export class LockHandles {
   private shifted(lock: LockedTime, by: number, event?: PointerEvent): Document {
     const { hand } = this;
     const duration = lock.end - lock.start;
-    const start = clamp(hand.onFrame(lock.start + by, event), 0, hand.store.inputEnd - duration);
+    const wanted = lock.start + by;
+    // A step of the keyboard is a frame, whatever is marked near by.
+    const place = event ? hand.snapInput(wanted, event) : hand.onFrame(wanted);
+    const start = clamp(place, 0, hand.store.inputEnd - duration);
     return changeLock(hand.document, lock.id, { start, end: start + duration });
   }
 
@@ -119,7 +122,7 @@ export class LockHandles {
       () => {
         const lock = now();
         return hand.gesture("change lock", (_dx, dy, event) =>
-          put(lock, hand.onFrame(lock[side] + this.seconds(dy), event)),
+          put(lock, hand.snapInput(lock[side] + this.seconds(dy), event)),
         );
       },
       (by) => {
