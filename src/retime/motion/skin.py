@@ -14,6 +14,15 @@ MOST_POINTS = 300_000
 """Points that are drawn at most: a page has to draw them, and a person to look at them."""
 
 
+# Single precision, in which a mesh is drawn, ends at 3e38.
+_LARGEST = 1e30
+
+
+def is_usable(*arrays: FloatArray) -> bool:
+    """Tell whether all numbers are finite, and small enough to be drawn."""
+    return all(bool((np.abs(array) <= _LARGEST).all()) for array in arrays)
+
+
 @dataclass(frozen=True, eq=False)
 class Skin:
     """Triangles whose corners follow up to four joints each.

@@ -160,3 +160,15 @@ def test_what_has_no_skin_has_none(tmp_path) -> None:
     assert skin_of(path, ReadOptions()) is None
     retime.write(retime.sample().frames(0, 20), tmp_path / "walk.bvh")
     assert skin_of(tmp_path / "walk.bvh", ReadOptions()) is None
+
+
+@pytest.mark.parametrize("place", ["scale", "translation"])
+def test_numbers_beyond_use_are_refused_without_a_word_from_numpy(tmp_path, place: str) -> None:
+    scene = skinned_scene(2)
+    for node in scene.json["nodes"]:
+        if node.get("name") in ("tip", "lower"):
+            node[place] = [1e300, 1e300, 1e300]
+    path = tmp_path / "huge.glb"
+    path.write_bytes(scene.glb())
+    with pytest.raises(FormatError, match="beyond use"):
+        skin_of(path, ReadOptions())

@@ -11,7 +11,7 @@ from retime.formats.curves.fbx_motion import Sampled, parent_of
 from retime.formats.curves.fbx_scene import FbxScene, Item
 from retime.formats.curves.fbx_values import SCALING, quaternions
 from retime.motion import rotation
-from retime.motion.skin import MOST_POINTS, Skin
+from retime.motion.skin import MOST_POINTS, Skin, is_usable
 
 # Joints that a point follows at most; of more the heaviest are kept.
 _MOST = 4
@@ -50,6 +50,8 @@ def read_skin(scene: FbxScene, sampled: Sampled) -> Skin | None:
         n_points += len(vertices)
     if sum(map(len, triangles)) == 0:
         return None
+    if not is_usable(*bones.matrices, *points):
+        raise scene.file.error("its skin holds a number that is beyond use")
     return Skin(
         np.concatenate(points),
         np.concatenate(triangles).astype(np.int32),
@@ -81,7 +83,9 @@ class _Bones:
         matrix = _array(scene, cluster, "Transform", 16).reshape(4, 4).T
         own = scene.numbers(node, SCALING, (1.0, 1.0, 1.0))
         # A joint turns and moves; what it scales is scaled beforehand, in the units that the motion has.
-        self.matrices.append(((np.diag([*own, 1.0]) @ matrix) * self._scale_above(node, joint))[:3])
+        with np.errstate(over="ignore", invalid="ignore"):
+            # What is beyond use is refused in the end.
+            self.matrices.append(((np.diag([*own, 1.0]) @ matrix) * self._scale_above(node, joint))[:3])
         self.joints.append(joint)
         return len(self.matrices) - 1
 
@@ -171,6 +175,7 @@ def _placed(scene: FbxScene, geometry: Item, points: FloatArray) -> FloatArray:
     model = next((scene.items[id_] for id_, _ in scene.above.get(geometry.id, ()) if id_ in scene.items), None)
     if model is None or model.kind != "Model":
         return points
-    scaled = points * scene.numbers(model, "GeometricScaling", (1.0, 1.0, 1.0))
-    turn = quaternions("ZYX", scene.numbers(model, "GeometricRotation", (0.0, 0.0, 0.0))[None])
-    return rotation.rotate(turn, scaled) + scene.numbers(model, "GeometricTranslation", (0.0, 0.0, 0.0))
+    with np.errstate(over="ignore", invalid="ignore"):
+        scaled = points * scene.numbers(model, "GeometricScaling", (1.0, 1.0, 1.0))
+        turn = quaternions("ZYX", scene.numbers(model, "GeometricRotation", (0.0, 0.0, 0.0))[None])
+        return rotation.rotate(turn, scaled) + scene.numbers(model, "GeometricTranslation", (0.0, 0.0, 0.0))

@@ -13,7 +13,7 @@ from retime.formats.curves.gltf_file import GltfFile
 from retime.formats.curves.gltf_scene import Node, joint_nodes, read_nodes
 from retime.formats.read_options import Limits
 from retime.motion import rotation
-from retime.motion.skin import MOST_POINTS, Skin
+from retime.motion.skin import MOST_POINTS, Skin, is_usable
 
 _TRIANGLES = 4
 
@@ -33,11 +33,18 @@ def read_skin(file: GltfFile, animation: Animation, limits: Limits) -> Skin | No
     if not joints:
         return None
     bones = _Bones(nodes, joints)
-    parts = [
-        part for item in file.items("nodes") if "mesh" in item and "skin" in item for part in _meshes(file, item, bones)
-    ]
+    with np.errstate(over="ignore", invalid="ignore"):
+        # What is beyond use is refused below.
+        parts = [
+            part
+            for item in file.items("nodes")
+            if "mesh" in item and "skin" in item
+            for part in _meshes(file, item, bones)
+        ]
     if not parts:
         return None
+    if not is_usable(*bones.matrices, *(part[0] for part in parts)):
+        raise file.error("its skin holds a number that is beyond use")
     starts = np.cumsum([0, *(len(points) for points, *_ in parts[:-1])])
     if starts[-1] + len(parts[-1][0]) > MOST_POINTS:
         raise file.error(f"its meshes have more than {MOST_POINTS} points")
@@ -74,7 +81,8 @@ class _Bones:
         if node < 0 and -1 not in self._place:
             # What hangs elsewhere in the scene goes along with the root, as it stands beside it at rest.
             node = next(one for one, joint in self._place.items() if joint == 0)
-            matrix = np.linalg.pinv(_matrix(self._nodes[node])) @ matrix
+            own = _matrix(self._nodes[node])
+            matrix = (np.linalg.pinv(own) if is_usable(own) else np.full((4, 4), np.nan)) @ matrix
         joint = self._place[node]
         if node >= 0:
             # A joint turns and moves; what it scales is scaled beforehand, in the units that the motion has.
