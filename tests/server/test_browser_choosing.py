@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
 import pytest
 
 import retime
 from retime.project.document import WorkArea
-from retime.project.export import export_motion
 from retime.project.file import read_project
-from retime.project.solve import DocumentSolver
 from tests.formats.curves.scenes import skinned_scene
 from tests.server.test_browser import drive, pytestmark, rooms  # noqa: F401
 
@@ -44,24 +41,3 @@ def test_the_stage_and_the_timeline_show_what_is_looked_at(rooms):  # noqa: F811
     (folder / "skinned.glb").write_bytes(skinned_scene(4, 60).glb())
     found = drive("seeing.mjs", 300, clip=str(folder / "sample.bvh"), other="other.bvh", mesh="skinned.glb", **rooms)
     assert int(str(found["map"])) >= 240
-
-
-def test_an_afternoon_of_work_is_as_it_was_after_the_program_was_killed(rooms):  # noqa: F811
-    folder = Path(rooms["folder"])
-    clip = retime.sample()
-    retime.write(clip, folder / "walk.bvh")
-    retime.write(clip.frames(60, 500), folder / "limp.bvh")
-    found = drive("afternoon.mjs", 300, clip=str(folder / "walk.bvh"), limp=str(folder / "limp.bvh"), **rooms)
-    # What the work came to is the same, byte for byte, and so is what the project makes without the editor.
-    exported = Path(str(found["exported"])).read_bytes()
-    assert Path(str(found["again"])).read_bytes() == exported
-    document = read_project(Path(str(found["project"]))).document
-    assert (len(document.keys), len(document.locks)) == (3, 1)
-    assert document.example is not None
-    with warnings.catch_warnings():
-        # What is to be said of the example was said in the editor.
-        warnings.simplefilter("ignore", retime.RetimeWarning)
-        solved = DocumentSolver().solve(document)
-    export_motion(solved, 0, folder / "alone.bvh", overwrite=False)
-    assert (folder / "alone.bvh").read_bytes() == exported
-    assert len(list(Path(rooms["shots"]).glob("*_dark.png"))) >= int(str(found["scenes"]))
