@@ -161,36 +161,117 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
     OptionError
         Nothing plays the speeds that are asked for.
     """
-    given_skip, wishes = request.max_skip, request.wishes
-    if given_skip is not None and not 1 <= given_skip <= MAX_STEP:
-        raise OptionError(f"max_skip must be from 1 to {MAX_STEP}, found {given_skip}", option="max_skip")
-    chosen: Upsamples = (
-        choose_upsamples(
-            request.keytimes, wishes, itself=itself, loop=request.loop, natural=request.natural, hand=request.hand
+    if request.max_skip is not None and not 1 <= request.max_skip <= MAX_STEP:
+        raise OptionError(f"max_skip must be from 1 to {MAX_STEP}, found {request.max_skip}", option="max_skip")
+    return _Planner(request, rate, itself).plan()
+
+
+class _Planner:
+    """Tries how finely the input is unrolled, and how long steps may be, until the keytimes can be met."""
+
+    def __init__(self, request: Request, rate: float, itself: bool) -> None:
+        self.request, self.wishes, self.rate, self.itself = request, request.wishes, rate, itself
+
+    def plan(self) -> SearchPlan:
+        """Return the first plan that fits; raise what stands against the first choice where none does."""
+        first = choice = self._first_choice()
+        refined: set[int] = set()
+        while True:
+            reduction = self._reduced(choice)
+            skip = self._skip_for(reduction)
+            if skip > MAX_STEP:
+                break
+            where = -1
+            try:
+                return self._attempt(reduction, skip)
+            except InfeasibleWarpError as error:
+                # A span that can't be crossed; -1 stands for any other obstacle.
+                where = -1 if error.span is None else error.span
+            except OptionError:
+                pass
+            if self.request.max_skip is None and (enough := least_max_skip(choice, skip, self._fits)) is not None:
+                # Where locks play slowly, the rest has to be faster; and not all of it as fast as can be.
+                return self._attempt(reduction, min(MAX_STEP, enough + enough // 4))
+            finer = self._refined(choice, where, refined)
+            if finer is None:
+                break
+            choice = finer
+        return self._told(self._reduced(first))
+
+    def _first_choice(self) -> Upsamples:
+        request = self.request
+        if request.upsample is not None:
+            return request.upsample
+        return choose_upsamples(
+            request.keytimes,
+            self.wishes,
+            itself=self.itself,
+            loop=request.loop,
+            natural=request.natural,
+            hand=request.hand,
         )
-        if request.upsample is None
-        else request.upsample
-    )
 
-    def reduced(upsample: Upsamples) -> Reduction:
-        slow = [crawls(*pair, wishes) for pair in itertools.pairwise(request.keytimes)]
-        return reduce_to_compression(request.keytimes, wishes.input_end, rate=rate, upsample=upsample, crawling=slow)
+    def _refined(self, choice: Upsamples, where: int, refined: set[int]) -> Upsamples | None:
+        """Unroll the span that can't be crossed twice as finely; None where that was tried, or is too fine.
 
-    def skip_for(reduction: Reduction) -> int:
-        if given_skip is not None:
-            return given_skip
-        return choose_max_skip(reduction, wishes, itself=itself, natural=request.natural, hand=request.hand)
+        Where locks play fast, the rest may have to be slower than the lengths alone say; and a span that shows as much
+        as it takes may lose a frame to rounding.
+        """
+        if isinstance(choice, int) or where == -1 or where in refined:
+            return None
+        # The first span and the last one of a loop meet.
+        ends = {0, len(choice) - 1} if self.request.loop else set()
+        again = ends | {where} if where in ends else {where}
+        refined |= again
+        if 2 * max(choice[span] for span in again) > MAX_UPSAMPLE:
+            return None
+        speeds = self.wishes.speeds
+        return tuple(upsample_for(2 * one, *speeds) if span in again else one for span, one in enumerate(choice))
 
-    def attempt(reduction: Reduction, max_skip: int, **messages: Any) -> SearchPlan:
+    def _told(self, reduction: Reduction) -> SearchPlan:
+        """Try the first choice once more, so that what stands against it is said in full."""
+        skip = self._skip_for(reduction)
+        if skip > MAX_STEP:
+            given = self.request.upsample
+            raise OptionError(
+                f"one warp can't play speeds from {slowest_words(reduction.upsample)} to "
+                f"{skip / reduction.upsample:g}: the fastest is at most {MAX_STEP} times the slowest. Ask for speeds "
+                f"up to {math.floor(10 * MAX_STEP / reduction.upsample) / 10:g}, or for less slow-down"
+                + ("" if given is None else f" than upsample={given}"),
+                option="speed",
+            )
+        return self._attempt(reduction, skip, wishes=str(self.wishes), fits=self._fits)
+
+    def _reduced(self, upsample: Upsamples) -> Reduction:
+        keytimes, wishes = self.request.keytimes, self.wishes
+        slow = [crawls(*pair, wishes) for pair in itertools.pairwise(keytimes)]
+        return reduce_to_compression(keytimes, wishes.input_end, rate=self.rate, upsample=upsample, crawling=slow)
+
+    def _skip_for(self, reduction: Reduction) -> int:
+        request = self.request
+        if request.max_skip is not None:
+            return request.max_skip
+        return choose_max_skip(reduction, self.wishes, itself=self.itself, natural=request.natural, hand=request.hand)
+
+    def _fits(self, upsample: Upsamples, max_skip: int) -> bool:
+        try:
+            self._attempt(self._reduced(upsample), max_skip)
+        except (InfeasibleWarpError, OptionError):
+            return False
+        return True
+
+    def _attempt(self, reduction: Reduction, max_skip: int, **messages: Any) -> SearchPlan:
+        request = self.request
         choose_few = hand_steps if request.hand is not None else natural_steps
-        if request.hand is not None or (request.natural and given_skip is None):
+        if request.hand is not None or (request.natural and request.max_skip is None):
             # A few steps are enough, but where keytimes and locks stand close together.
             with contextlib.suppress(InfeasibleWarpError):
-                return planned(reduction, choose_few(reduction, wishes, max_skip))
-        return planned(reduction, StepPairs.up_to(max_skip), **messages)
+                return self._planned(reduction, choose_few(reduction, self.wishes, max_skip))
+        return self._planned(reduction, StepPairs.up_to(max_skip), **messages)
 
-    def planned(reduction: Reduction, steps: StepPairs, **messages: Any) -> SearchPlan:
-        named = request.named
+    def _planned(self, reduction: Reduction, steps: StepPairs, **messages: Any) -> SearchPlan:
+        """Plan with these steps; raise InfeasibleWarpError where they lead through some span on no path."""
+        request, wishes, named = self.request, self.wishes, self.request.named
         check_fits(
             what=f"a search through {reduction.n_input:,} frames in steps of up to {steps.longest}",
             remedy=SHORTER,
@@ -215,56 +296,6 @@ def make_plan(request: Request, *, rate: float, itself: bool) -> SearchPlan:
         uncounted = request.free and len(request.keytimes) == 2 and request.length_bounds == (2, None)
         n_output = reduction.n_output if counts is None else None if uncounted else counts
         return SearchPlan(request, reduction, steps, _loose_frames(reduction, locked), locked, allowed, n_output)
-
-    def fits(upsample: Upsamples, max_skip: int) -> bool:
-        try:
-            attempt(reduced(upsample), max_skip)
-        except (InfeasibleWarpError, OptionError):
-            return False
-        return True
-
-    choice = chosen
-    refined: set[int] = set()
-    while True:
-        reduction = reduced(choice)
-        skip = skip_for(reduction)
-        if skip > MAX_STEP:
-            break
-        where = -1
-        try:
-            return attempt(reduction, skip)
-        except InfeasibleWarpError as error:
-            # A span that can't be crossed; -1 stands for any other obstacle.
-            where = -1 if error.span is None else error.span
-        except OptionError:
-            pass
-        if given_skip is None and (enough := least_max_skip(choice, skip, fits)) is not None:
-            # Where locks play slowly, the rest has to be faster; and not all of it as fast as can be.
-            return attempt(reduction, min(MAX_STEP, enough + enough // 4))
-        # Where locks play fast, the rest may have to be slower than the lengths alone say; and a span that shows
-        # as much as it takes may lose a frame to rounding.
-        if isinstance(choice, int) or where == -1 or where in refined:
-            break
-        ends = {0, len(choice) - 1} if request.loop else set()
-        again = ends | {where} if where in ends else {where}
-        refined |= again
-        if 2 * max(choice[span] for span in again) > MAX_UPSAMPLE:
-            break
-        choice = tuple(
-            upsample_for(2 * one, *wishes.speeds) if span in again else one for span, one in enumerate(choice)
-        )
-    # Nothing that was tried fits: say why of the first choice.
-    reduction = reduced(chosen)
-    skip = skip_for(reduction)
-    if skip > MAX_STEP:
-        raise OptionError(
-            f"one warp can't play speeds from {slowest_words(reduction.upsample)} to {skip / reduction.upsample:g}: "
-            f"the fastest is at most {MAX_STEP} times the slowest. Ask for speeds up to "
-            f"{math.floor(10 * MAX_STEP / reduction.upsample) / 10:g}, or for less slow-down"
-            + ("" if request.upsample is None else f" than upsample={request.upsample}"),
-            option="speed",
-        )
-    return attempt(reduction, skip, wishes=str(wishes), fits=fits)
 
 
 def _loose_frames(reduction: Reduction, locked: Sequence[LockedSpan]) -> tuple[int, ...]:
