@@ -137,6 +137,7 @@ def test_left_overs_go_on_windows_unless_they_are_open(windows, tmp_path) -> Non
 def test_without_any_locks_nothing_is_removed_and_nobody_kept_out(tmp_path, monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "fcntl", None)
     monkeypatch.setitem(sys.modules, "msvcrt", None)
+    monkeypatch.setattr(files, "os", OsOf("posix"))
     left = tmp_path / f".retime-{'a' * 16}.tmp"
     left.write_bytes(b"")
     files.remove_left_overs(tmp_path)
@@ -221,8 +222,7 @@ def test_two_clips_that_would_be_one_file_are_refused(monkeypatch, tmp_path) -> 
 
 
 def test_macos_waits_for_the_disk_and_not_for_the_drive(monkeypatch, tmp_path) -> None:
-    import fcntl
-
+    fcntl = pytest.importorskip("fcntl", reason="Windows has none")
     called = []
     monkeypatch.setattr(fcntl, "F_FULLFSYNC", 51, raising=False)
     monkeypatch.setattr(fcntl, "fcntl", lambda handle, what: called.append(what))
