@@ -57,6 +57,9 @@ _GAPS = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none"}
 _LIKE_A_NUMBER = re.compile(r"[+-]?[.,]?\d|[+-]?(nan|inf|infinity)$", re.IGNORECASE)
 # By so many rows it is told which columns are text.
 _ROWS_TO_TELL = 1000
+# So many numbers may be made of rows that are uneven in time, or so many of each that is there.
+_MOST_MADE = 1 << 22
+_MADE_OF_ONE = 100
 # So many rows, and bytes, may stand above the numbers.
 _HEAD_ROWS = 40
 _HEAD_BYTES = 1 << 22
@@ -556,9 +559,18 @@ class _Table:
                 f"{self.options.limits.frames} (Limits.frames)",
             )
         steps = np.diff(at)
+        longest = int(steps.argmax())
+        # What a few rows claim by their times is not taken on their word: one time that is wrong makes days of frames.
+        n_channels = self.values.shape[1]
+        if n_frames * n_channels > max(_MOST_MADE, _MADE_OF_ONE * self.values.size):
+            raise self.error(
+                self.line_of_row(longest + 1),
+                f"{clock.name!r} goes on by {steps[longest]:.6g} s here, and {n_frames} frames of {n_channels} columns "
+                f"would be made of {len(at)} rows; is this time right? A lower rate makes fewer (--fps)",
+            )
         warnings.warn(
             f"{self.path}: the times in {clock.name!r} are uneven, {steps.min():.4g} to {steps.max():.4g} s apart (the "
-            f"longest step ends at line {self.line_of_row(int(steps.argmax()) + 1)}); {n_frames} frames were made of "
+            f"longest step ends at line {self.line_of_row(longest + 1)}); {n_frames} frames were made of "
             f"{len(at)} rows, where they stand in time, at {float(rate):.6g} Hz (--fps R makes another rate)",
             FormatWarning,
             stacklevel=4,

@@ -282,3 +282,18 @@ def test_damaged_times_end_in_a_signal_or_a_format_error(tmp_path: Path, seed: i
             except FormatError:
                 outcomes.add("error")
     assert outcomes == {"signal", "error"}
+
+
+def test_frames_are_not_made_on_the_word_of_one_time(tmp_path: Path) -> None:
+    """A time that is wrong by two days would make five million frames of four rows."""
+    rows = [f"2026-03-0{day}T12:00:00.{tenth}Z,{tenth}\n" for day, tenth in ((1, 0), (1, 1), (3, 2), (3, 3))]
+    (tmp_path / "a.csv").write_text("timestamp,x\n" + "".join(rows))
+    with pytest.raises(FormatError, match=r"a\.csv:4: .*172800 s here.* made of 4 rows"):
+        read(tmp_path / "a.csv", rate=30)
+    # Long pauses between many rows are no such thing, and a rate as low as the times are makes few frames.
+    with pytest.warns(FormatWarning, match="uneven"):
+        assert read(tmp_path / "a.csv", rate=Fraction(1, 60)).n_frames == 2881
+    times = [*range(200), *range(10_000, 10_200)]
+    (tmp_path / "b.csv").write_text("time,x\n" + "".join(f"{at / 10},{at}\n" for at in times))
+    with pytest.warns(FormatWarning, match="uneven"):
+        assert read(tmp_path / "b.csv").n_frames == 10_200
