@@ -328,7 +328,8 @@ def tell(tally: Tally) -> int:
     """Print how trials ended; return the exit code that says it."""
     for seed, fault in tally.faults.items():
         print(f"seed {seed}: {fault}")
-    print(f"{sum(tally.ends.values())} trials, {len(tally.faults)} faults; slowest {tally.slowest[0]:.2f} s")
+    slowest, seed = tally.slowest
+    print(f"{sum(tally.ends.values())} trials, {len(tally.faults)} faults; slowest {slowest:.2f} s (seed {seed})")
     print(", ".join(f"{end} {count}" for end, count in tally.ends.most_common()), flush=True)
     return 1 if tally.faults else 0
 
