@@ -8,10 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import retime
 from retime.motion import kinematics, rotation
 from retime.motion.contacts import contacts
 from retime.motion.flights import flights
 from retime.motion.kinematics import (
+    forget_poses,
     global_poses,
     heading_positions,
     heading_rotations,
@@ -177,3 +179,15 @@ def test_long_takes_have_the_same_places_and_keep_none(motion: Motion) -> None:
         assert flights(other) == flying
         del places
         assert kinematics._HELD[other]() is None
+
+
+def test_poses_that_are_let_go_are_found_again() -> None:
+    motion = retime.sample()
+    before = global_poses(motion)
+    assert global_poses(motion) is before
+    forget_poses(motion)
+    again = global_poses(motion)
+    assert again is not before
+    np.testing.assert_array_equal(again.positions, before.positions)
+    forget_poses(motion)
+    forget_poses(motion)

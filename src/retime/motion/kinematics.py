@@ -103,6 +103,11 @@ def global_places(motion: Moving) -> GlobalPlaces:
     return known
 
 
+def forget_poses(motion: Moving) -> None:
+    """Let go of what is kept of a motion's poses: whoever holds the motion for long, and asks for them seldom."""
+    _KNOWN.pop(motion, None)
+
+
 def _is_long(motion: Moving) -> bool:
     return motion.n_frames * motion.skeleton.n_joints > _MOST_KEPT
 

@@ -13,6 +13,9 @@ from pathlib import Path
 from typing import Literal
 
 from retime.errors import OptionError, RetimeError, RetimeWarning
+from retime.motion.body import body_of
+from retime.motion.kinematics import forget_poses
+from retime.motion.motion import Motion
 from retime.progress import watching
 from retime.project.document import Document
 from retime.project.export import check_no_input, export_for_host, export_motion, export_warp
@@ -200,6 +203,7 @@ class SolverThread:
             self._refuse(job, error, fault_of(error, job.document, None if last is None else last[1].document))
             return
         self._good = job.revision, solution
+        _forget_poses(solution.sources)
         self._tell(job, {"curve": curve_message(job.revision, solution, 1000 * (time.perf_counter() - begin))})
         if self._worker.idle(_REST):
             self._explain(job, solution)
@@ -280,6 +284,14 @@ class SolverThread:
                 overwrite=message.overwrite,
             )
         return ""
+
+
+def _forget_poses(sources: Sources) -> None:
+    """Let go of the poses in space, of which the analysis and the messages have what they need."""
+    for clip in (*sources.clips, *(clip for reference in sources.references for clip in reference.clips)):
+        if isinstance(clip, Motion):
+            for motion in (clip, body_of(clip)):
+                forget_poses(motion)
 
 
 class _Watch:
