@@ -25,7 +25,7 @@ SCRIPTS := $(shell find web -path web/node_modules -prune -o -path web/lint -pru
 NPM_WORKS := $(shell npm --version >/dev/null 2>&1 && echo yes)
 KERNELS := CMakeLists.txt $(wildcard src/retime/kernels/*.cpp src/retime/kernels/*.hpp)
 
-.PHONY: help install page demo test check core licences release-check site site-tools forms extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench bench-extras study lock clean FORCE
+.PHONY: help install page demo test check core licences release-check site site-tools forms extras test-extras blender blender-pictures test-blender extension format lint types scripts docs sanitize bench bench-editor bench-extras study lock clean FORCE
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -167,9 +167,14 @@ study: $(INSTALLED)  ## Run the paper's evaluations on the captures in DATA, int
 	$(PY) -m study.report.docs out/study docs/study
 
 bench: $(INSTALLED) $(BENCH)  ## Measure, with benchmarks/bench_*.py; write docs/performance.md and docs/since-0.1.md
-	set -e; for script in $(filter-out $(HEAVY_BENCHES),$(wildcard benchmarks/bench_*.py)); do $(PY) $$script; done
+	set -e; for script in $(filter-out $(HEAVY_BENCHES) $(PAGE_BENCHES),$(wildcard benchmarks/bench_*.py)); do $(PY) $$script; done
 	$(PY) tools/make_performance.py
 	$(PY) tools/make_comparison.py
+
+# What needs a browser; docs/editor.md tells its figures.
+PAGE_BENCHES := benchmarks/bench_editor.py
+bench-editor: $(INSTALLED) $(PAGE)  ## Measure the editor on a long take, in a browser
+	set -e; for script in $(PAGE_BENCHES); do $(PY) $$script; done
 
 # What compares with packages that only .venv/extras has; the figures are printed.
 HEAVY_BENCHES := benchmarks/bench_batch.py benchmarks/bench_video.py

@@ -175,6 +175,7 @@ def joined_motion(n_frames: int) -> Motion:
             capture = captures[which]
             here = capture.at(np.arange(0, capture.end_time, generator.uniform(0.8, 1.25) / 120))
             turns, where = here.rotations.copy(), here.local_translations.copy()
+            where[:, 1:] = base.local_translations[0, 1:]
             if rotations:
                 # The figure goes on from where it stands, at its own height.
                 where[:, 0, (0, 2)] += places[-1][-1, 0, (0, 2)] - where[0, 0, (0, 2)]

@@ -1,6 +1,6 @@
 // How the editor is to work with: opening, keys made and dragged, playback; run by benchmarks/bench_editor.py.
 //
-//     node measure.mjs '{"python": …, "clip": …, "folder": …, "state": …, "moves": 60, "width": 1920, "height": 1080}'
+//     node measure.mjs '{"python": …, "clip": …, "folder": …, "state": …, "moves": 60, "seconds": 5, "width": 1920, "height": 1080}'
 //
 // Prints one JSON object. Seconds of the clock, and beside them those that a processor worked: `cpu` for the server's
 // threads, `page` for the page's own thread, which does all but what Chromium draws in processes of its own.
@@ -8,7 +8,7 @@
 import { readFileSync } from "node:fs";
 import { Editor, launch, percentile, serve } from "./editor.mjs";
 
-const { python, clip, folder, state, moves, width, height } = JSON.parse(process.argv[2]);
+const { python, clip, folder, state, moves, seconds, width, height } = JSON.parse(process.argv[2]);
 
 const browser = await launch();
 // A browser that is warm: what is measured is the editor.
@@ -82,7 +82,7 @@ async function drag(editor, key, reach) {
 }
 
 /** Play for some seconds: pictures a second, and what the page itself worked for each. */
-async function play(editor, seconds) {
+async function play(editor) {
   const { page } = editor;
   await page.mouse.move(10, 10);
   await page.keyboard.press("Home");
@@ -124,7 +124,7 @@ try {
     window.waited = [];
     document.querySelector(".retime").addEventListener("retime:curve", (event) => window.waited.push(...event.detail));
   });
-  found.play = await play(editor, 5);
+  found.play = await play(editor);
   await timed("length 65 %: a new grid", () => editor.setField("Length", "65%"));
   await timed("key made", () => editor.addKey(0.45));
   await editor.settled();
@@ -134,7 +134,7 @@ try {
   await editor.settled();
   found["dragged across the line of equal speed"] = await drag(editor, key, 60);
   found["dragged there again"] = await drag(editor, key, 60);
-  found["play with a keytime"] = await play(editor, 5);
+  found["play with a keytime"] = await play(editor);
   const { now, most } = used();
   found.memory = { now, most };
   found.errors = editor.errors;
