@@ -121,6 +121,15 @@ def test_who_goes_on_does_not_wait_for_an_explanation(document: Document, monkey
         assert until(found, "curve").job.revision == 2
 
 
+def test_a_hand_that_rests_has_a_rest_of_its_own(document: Document, monkeypatch: pytest.MonkeyPatch) -> None:
+    # After the one rest nothing would be explained in time.
+    monkeypatch.setattr(solver_thread, "_REST", 600.0)
+    monkeypatch.setattr(solver_thread, "_REST_IN_HAND", 0.01)
+    with solving() as (thread, found):
+        thread.ask(Job(3, 1, replace(document, options={"length": "50%"}), "drag", in_hand=True))
+        assert until(found, "why").job.revision == 3
+
+
 def test_the_editor_ends_at_once(document: Document) -> None:
     with solving() as (thread, found):
         thread.ask(Job(1, 1, document))

@@ -269,7 +269,7 @@ class SharedDocument:
         workspace.history = history
         self._revision += 1
         self._audience.tell_others(page, messages.Elsewhere(self._revision))
-        self._ask(gesture)
+        self._ask(gesture, in_hand=not done)
         state = self._state()
 
         def state_now() -> messages.State:
@@ -464,8 +464,8 @@ class SharedDocument:
 
     # The other threads.
 
-    def _ask(self, gesture: str = "") -> None:
-        self._solver.ask(Job(self._revision, self._first, self._history.present, gesture))
+    def _ask(self, gesture: str = "", *, in_hand: bool = False) -> None:
+        self._solver.ask(Job(self._revision, self._first, self._history.present, gesture, in_hand))
 
     def _found(self, findings: Findings) -> None:
         """Tell all pages what was found. Called in the solver's thread, which writes the messages."""

@@ -30,6 +30,8 @@ from retime.server.unexpected import words_for_page
 
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
 _REST = 0.2
+# The same while a hand holds something: it rests for a moment here and there.
+_REST_IN_HAND = 1.0
 # Seconds that a search may go on once a newer document waits, where that is not of the same drag: all positions of a
 # drag need the same scores, so a search that is ended for the next of them would be begun anew, and never be done.
 _PATIENCE = 2.0
@@ -55,12 +57,15 @@ class Job:
         What to solve.
     gesture : str
         Of the edit that made it; "" where none did. Those of one drag have the same.
+    in_hand : bool
+        Whether that gesture goes on.
     """
 
     revision: int
     first: int
     document: Document
     gesture: str = ""
+    in_hand: bool = False
 
 
 @dataclass(frozen=True)
@@ -205,7 +210,7 @@ class SolverThread:
         self._good = job.revision, solution
         _forget_poses(solution.sources)
         self._tell(job, {"curve": curve_message(job.revision, solution, 1000 * (time.perf_counter() - begin))})
-        if self._worker.idle(_REST):
+        if self._worker.idle(_REST_IN_HAND if job.in_hand else _REST):
             self._explain(job, solution)
 
     def _explain(self, job: Job, solution: Solution) -> None:
