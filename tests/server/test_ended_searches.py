@@ -18,8 +18,8 @@ from retime.project.document import ClipFile, Document
 from retime.server import solver_thread
 from retime.server.solver_thread import Findings, Job, SolverThread
 
-# Alone it takes tens of seconds of a processor's time, by which it is told that it was ended: the clock's tells what else
-# the machine has to do.
+# Alone it takes tens of seconds of a processor's time, by which it is told that it was ended: the clock's time tells
+# what else the machine has to do.
 LONG = {"length": "150%", "upsample": 8, "max_skip": 40}
 
 
