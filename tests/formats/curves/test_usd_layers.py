@@ -432,3 +432,30 @@ def test_a_library_is_done_again_where_a_layer_changes(tmp_path: Path) -> None:
     with noting_reads() as read, pytest.raises(FormatError, match=r"set\.usda"):
         retime.read(path)
     assert tmp_path / "in/lib/set.usda" in read
+
+
+def test_pictures_that_change_are_named_from_where_the_new_layer_lies(tmp_path: Path) -> None:
+    shown = (
+        'def "Sky"\n{\n    asset f.timeSamples = {\n        0: @./tex/a.png@,\n        24: @../b.png@,\n    }\n'
+        "    asset[] g.timeSamples = {\n        0: [@c.png@],\n        24: [@c.png@, @@],\n    }\n}\n"
+    )
+    clock = "startTimeCode = 0\n    endTimeCode = 48"
+    (tmp_path / "in/lib").mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "in/lib/sky.usda").write_text(f"#usda 1.0\n{shown}")
+    root = f"#usda 1.0\n(\n    {clock}\n    subLayers = [@lib/sky.usda@]\n)\n"
+    (tmp_path / "in/a.usda").write_text(root)
+    boxed = {"a.usda": root.encode(), "lib/sky.usda": f"#usda 1.0\n{shown}".encode(), "b.png": b"", "lib/c.png": b""}
+    (tmp_path / "in/a.usdz").write_bytes(packed({**boxed, "lib/tex/a.png": b""}))
+    warp = Warp([0.0, 1.0], [0.0, 2.0])
+    for name, way, names in (
+        ("a.usda", "over", ("../in/lib/tex/a.png", "../in/b.png", "../in/lib/c.png")),
+        ("a.usdz", "over", ("../in/a.usdz[lib/tex/a.png]", "../in/a.usdz[b.png]", "../in/a.usdz[lib/c.png]")),
+        ("a.usda", None, ("../in/lib/tex/a.png", "../in/b.png", "../in/lib/c.png")),
+    ):
+        place = tmp_path / f"out/{way}-{name[:6].replace('.', '-')}.usda"
+        retime_file(tmp_path / "in" / name, place, warp, layer=way)
+        stage = literal.opened(place)
+        f, g = (stage.GetAttributeAtPath(f"/Sky.{one}") for one in "fg")
+        assert [f.Get(code).path for code in (0, 11, 13)] == [names[0], names[0], names[1]]
+        assert [[one.path for one in g.Get(code)] for code in (0, 13)] == [[names[2]], [names[2], ""]]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import posixpath
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +44,7 @@ def package_of(layer: Any) -> tuple[str, str]:
     return os.path.realpath(outer), inner
 
 
+ASSETS = (Sdf.ValueTypeNames.Asset, Sdf.ValueTypeNames.AssetArray)
 TIMECODES = (Sdf.ValueTypeNames.TimeCode, Sdf.ValueTypeNames.TimeCodeArray)
 
 
@@ -170,6 +171,26 @@ def prims_with_clips(layer: Any) -> list[Any]:
     return found
 
 
+def anchored(scene: Scene, home: str, layer: Any, asset: str) -> str:
+    """Name, from the folder that a scene's is found from by `home`, what one of its layers calls `asset`."""
+    name, bracket, inner = asset.partition("[")
+    if not name or name.startswith("/") or "`" in name or ":" in name:
+        return asset
+    folder = Path(os.path.relpath(Path(package_of(layer)[0]).parent, scene.base)).as_posix()
+    place = posixpath.normpath(posixpath.join(home, folder, name))
+    if place == posixpath.normpath(name):
+        return asset
+    return f"{place if place.startswith('../') else f'./{place}'}{bracket}{inner}"
+
+
+def named_over(scene: Scene, root: str, layer: Any, value: Any) -> Any:
+    """Return a value as a layer over a scene has it, that calls the scene `root`: files are named from there."""
+    if not scene.package:
+        return _each(value, lambda asset: anchored(scene, posixpath.dirname(root), layer, asset))
+    folder = Path(os.path.relpath(layer.realPath, scene.folder)).parent.as_posix()
+    return _each(value, lambda asset: f"{root}[{posixpath.normpath(posixpath.join(folder, asset))}]")
+
+
 class Moves:
     """Where the changed layers of a scene are put, and how all that they name is then found.
 
@@ -237,15 +258,7 @@ class Moves:
         return os.path.realpath(Path(package_of(layer)[0]).parent / asset.partition("[")[0])
 
     def _anchored(self, layer: Any, asset: str) -> str:
-        """Name, from where a layer is put, what it names now."""
-        name, bracket, inner = asset.partition("[")
-        if not name or name.startswith("/") or "://" in name or "`" in name or ":" in name:
-            return asset
-        folder = Path(os.path.relpath(Path(package_of(layer)[0]).parent, self._scene.base)).as_posix()
-        place = posixpath.normpath(posixpath.join(self._home, folder, name))
-        if place == posixpath.normpath(name):
-            return asset
-        return f"{place if place.startswith('../') else f'./{place}'}{bracket}{inner}"
+        return anchored(self._scene, self._home, layer, asset)
 
     def apply(self, layer: Any, copy: Any) -> dict[str, str]:
         """Make a copy of a layer name what the layer does, from where it is put; return the names that are others.
@@ -266,11 +279,17 @@ class Moves:
                 changed[asset] = new
             return new
 
-        offsets = list(copy.subLayerOffsets)
+        offsets, values = list(copy.subLayerOffsets), _asset_values(copy)
         UsdUtils.ModifyAssetPaths(copy, moved)
-        # USD forgets these where a sublayer gets another name.
+        # USD forgets these where a sublayer gets another name, and leaves empty names out of lists.
         for place, offset in enumerate(offsets):
             copy.subLayerOffsets[place] = offset
+        for path, code, value in values:
+            new = _each(value, moved)
+            if code is None:
+                copy.GetAttributeAtPath(path).default = new
+            else:
+                copy.SetTimeSample(path, code, new)
         for path, sets in clips.items():
             for name, one in sets.items():
                 if isinstance(one, dict):
@@ -279,14 +298,32 @@ class Moves:
         return changed
 
     def _clip(self, layer: Any, value: Any, changed: dict[str, str]) -> Any:
-        if isinstance(value, Sdf.AssetPath):
-            new = self._anchored(layer, value.path)
-            if new != value.path:
-                changed.setdefault(value.path, new)
-            return Sdf.AssetPath(new)
-        if isinstance(value, Sdf.AssetPathArray):
-            return Sdf.AssetPathArray([self._clip(layer, one, changed) for one in value])
-        return value
+        def named(asset: str) -> str:
+            new = self._anchored(layer, asset)
+            if new != asset:
+                changed.setdefault(asset, new)
+            return new
+
+        return _each(value, named)
+
+
+def _each(value: Any, named: Callable[[str], str]) -> Any:
+    """Give each file that a value names another name; what names none stays as it is."""
+    if isinstance(value, Sdf.AssetPathArray):
+        return Sdf.AssetPathArray([_each(one, named) for one in value])
+    return Sdf.AssetPath(named(value.path)) if isinstance(value, Sdf.AssetPath) and value.path else value
+
+
+def _asset_values(layer: Any) -> list[tuple[Any, float | None, Any]]:
+    """List the values of a layer's attributes that name files: where, when (None is at no time), and what."""
+    found: list[tuple[Any, float | None, Any]] = []
+    for path in spec_paths(layer):
+        spec = layer.GetAttributeAtPath(path) if path.IsPropertyPath() else None
+        if spec is None or spec.typeName not in ASSETS:
+            continue
+        found.append((path, None, spec.default))
+        found += [(path, code, layer.QueryTimeSample(path, code)) for code in layer.ListTimeSamplesForPath(path)]
+    return [one for one in found if isinstance(one[2], Sdf.AssetPath | Sdf.AssetPathArray)]
 
 
 def timecode_specs(layer: Any) -> list[Any]:

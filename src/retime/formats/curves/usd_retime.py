@@ -33,11 +33,13 @@ from retime.formats.curves.usd_animation import (
     span_of,
 )
 from retime.formats.curves.usd_layers import (
+    ASSETS,
     TIMECODES,
     Clock,
     Clocks,
     Moves,
     layers_of,
+    named_over,
     package_of,
     prims_with_clips,
     timecode_specs,
@@ -631,7 +633,7 @@ def layer_over(scene: Scene, warp: Warp, asset: str, kind: str, work: Path, *, t
     layer.startTimeCode, layer.endTimeCode = timing.code(warp.output_start), timing.end
     attributes = sampled_attributes(scene.stage)
     if kind == "over":
-        _add_samples(scene, layer, timing, attributes)
+        _add_samples(scene, layer, timing, asset, attributes)
         layer.subLayerPaths.append(asset)
     else:
         _add_clips(scene, layer, timing, asset, attributes)
@@ -662,7 +664,9 @@ def _spec_over(layer: Any, attribute: Any) -> Any:
     return spec
 
 
-def _add_samples(scene: Scene, layer: Any, timing: Timing, attributes: list[tuple[Any, FloatArray]]) -> None:
+def _add_samples(
+    scene: Scene, layer: Any, timing: Timing, asset: str, attributes: list[tuple[Any, FloatArray]]
+) -> None:
     for attribute, codes in attributes:
         path, prim = attribute.GetPath(), attribute.GetPrim()
         if prim.IsInstanceProxy():
@@ -677,7 +681,11 @@ def _add_samples(scene: Scene, layer: Any, timing: Timing, attributes: list[tupl
         with naming(path, attribute.GetTypeName()):
             values = [attribute.Get(code) for code in codes.tolist()]
         track = Track(codes, values, lambda code, one=attribute: one.Get(code))  # type: ignore[misc]
-        _set_samples(layer, path, [(code, timing.moved(value)) for code, value in timing.retimed(track)])
+        samples = [(code, timing.moved(value)) for code, value in timing.retimed(track)]
+        if attribute.GetTypeName() in ASSETS:
+            said_in = attribute.GetPropertyStack(Usd.TimeCode(float(codes[0])))[0].layer
+            samples = [(code, named_over(scene, asset, said_in, value)) for code, value in samples]
+        _set_samples(layer, path, samples)
 
 
 def _add_clips(scene: Scene, layer: Any, timing: Timing, asset: str, attributes: list[tuple[Any, FloatArray]]) -> None:
