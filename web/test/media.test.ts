@@ -2,7 +2,7 @@ import { expect, test } from "vitest";
 import { beatsInOutput, mediaTimeAt } from "../src/media/beside";
 import { setBeats, setMedia } from "../src/media/edits";
 import { isMedia } from "../src/media/endings";
-import { followed, ROUNDING, stand } from "../src/media/follow";
+import { followed, ROUNDING, stand, within } from "../src/media/follow";
 import { peakBetween, peaksOf } from "../src/media/peaks";
 import { EMPTY } from "./empty";
 
@@ -43,7 +43,10 @@ test("a player hurries or waits by little, jumps over much, and scrubs what it c
   expect(0.9 + 0.5 * (late.speed ?? 0)).toBeCloseTo(1 + 0.5 * 1.5, 12);
   expect(followed(0, 1, 1.5, 10)).toEqual({ speed: 1.5, seek: 1 });
   for (const speed of [0, -1, 20]) expect(followed(0, 1, speed, 10)).toEqual({ speed: null, seek: 1 + ROUNDING });
+  // At the very end there is no picture: the last one is shown a little before.
   expect(followed(0, 12, 1, 10).speed).toBeNull();
+  expect(followed(0, 12, 1, 10).seek).toBeCloseTo(9.997, 9);
+  expect([-2, 0, 4, 10].map((time) => within(time, 10))).toEqual([0, 0, 4, 9.996]);
   expect(stand(1 + ROUNDING, 1)).toEqual({ speed: null, seek: null });
 });
 

@@ -16,6 +16,8 @@ const JUMP = 0.2;
 const CATCH_UP = 0.5;
 /** Browsers show the frame before where a time is a rounding too early. */
 export const ROUNDING = 0.001;
+/** So long before the end the last picture is surely on; no picture is as short. */
+const LAST = 0.004;
 
 /**
  * While it plays: go on at the speed that the media pass with. What can't be played (holds, backward, too fast) is
@@ -27,11 +29,16 @@ export const ROUNDING = 0.001;
  * @param end how long the media are
  */
 export function followed(now: number, wanted: number, speed: number, end: number): Step {
-  const inside = Math.min(Math.max(wanted, 0), end);
-  if (inside !== wanted || speed < SLOWEST || speed > FASTEST) return stand(now, inside);
+  const inside = within(wanted, end);
+  if (wanted < 0 || wanted > end || speed < SLOWEST || speed > FASTEST) return stand(now, inside);
   const off = now - wanted;
   if (Math.abs(off) > JUMP) return { speed, seek: wanted };
   return { speed: Math.min(Math.max(speed - off / CATCH_UP, SLOWEST), FASTEST), seek: null };
+}
+
+/** The nearest moment that has a picture: at the very end browsers show none, or one from elsewhere. */
+export function within(wanted: number, end: number): number {
+  return Math.max(Math.min(wanted, end - LAST), 0);
 }
 
 /** While it stands: show the very frame. */

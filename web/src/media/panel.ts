@@ -5,7 +5,7 @@ import { fileName } from "../panels/top";
 import { advance } from "../playback";
 import type { Store, Topic } from "../store";
 import { mediaTimeAt } from "./beside";
-import { followed, type Step, stand } from "./follow";
+import { followed, type Step, stand, within } from "./follow";
 
 /** Seconds of what comes that the speed is taken of. */
 const AHEAD = 0.1;
@@ -69,7 +69,7 @@ export class MediaPanel {
     const { document, knots, playback, inputEnd, rate } = store;
     const media = document?.media;
     if (!media || !knots || playback.rate === 0) {
-      return stand(video.currentTime, Math.min(Math.max(wanted, 0), video.duration));
+      return stand(video.currentTime, within(wanted, video.duration));
     }
     // As fast as they pass in a tenth of a second to come; at the very end, as in the tenth before.
     const ahead = advance({ ...playback, loop: false }, knots, inputEnd, AHEAD * Math.sign(playback.rate));
