@@ -293,7 +293,8 @@ export class App {
   private refused(refused: Refused): void {
     const { what, path, reason } = refused;
     if (this.dialogs.refused(refused)) return;
-    if (what === "open" && this.dropNote.refuse(reason)) return;
+    // Where it lies now that it was dropped is nothing that who dropped it knows.
+    if (what === "open" && this.dropNote.refuse(reason.replaceAll(path, fileName(path)))) return;
     const words = { open: "Not opened", save: "Not saved", export: "Not exported" }[what];
     this.notices.say(
       "error",

@@ -36,7 +36,7 @@ try {
     );
   const note = page.locator(".dropnote");
   for (const [name, text, says] of [
-    ["broken.bvh", "HIERARCHY\nROOT hips\n{\n", /broken\.bvh/],
+    ["broken.bvh", "HIERARCHY\nROOT hips\n{\n", /^broken\.bvh:3: /],
     ["picture.doc", "nothing", /no format ends in/],
     ["elsewhere.retime", "{}", /does not say where a project lies/],
   ]) {
