@@ -1,4 +1,7 @@
-"""How Sphinx makes the site of the pages that `tools/build_site.py` has laid out. Nothing is fetched for it."""
+"""How Sphinx makes the site of the pages that `tools/build_site.py` has laid out. Nothing is fetched for it.
+
+Sphinx, as NumPy, SciPy and librosa have it, and not Material for MkDocs, whose makers mend it until May 2027 only.
+"""
 
 import inspect
 import os
