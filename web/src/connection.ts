@@ -122,14 +122,14 @@ export class Connection implements LinkEvents {
     const before = this.store.document;
     if (!before) return;
     if (!this.gate.busy || !this.base) this.base = before;
-    this.store.setDocument(document);
     if (this.stale || this.brokenGesture === gesture) {
-      // It was made of a document that holds no more: sent, it would undo what another window did.
+      // It was made of a document that holds no more: sent, it would undo what another window did. What holds is shown.
       this.lost = { base: this.lost?.base ?? this.base, document, label };
       this.brokenGesture = done ? null : gesture;
       this.offerAgain();
       return;
     }
+    this.store.setDocument(document);
     this.latest = { document, label };
     this.openGesture = done ? null : gesture;
     this.gate.offer({ type: "edit", gesture, done, label, document }, gesture, moved);

@@ -1,0 +1,110 @@
+import { beforeEach, describe, expect, it } from "vitest";
+import { Connection } from "../src/connection";
+import type { Document, State } from "../src/messages";
+import { Store } from "../src/store";
+import { EMPTY } from "./empty";
+
+const key = (output_time: number): Document["keys"][number] => ({ id: "k", input_time: 1, output_time, speed: null });
+const nothing = (): void => undefined;
+
+describe("another window makes a revision", () => {
+  let sent: { type: string; revision: number; document?: Document }[];
+  let offered: { label: string; again: () => void }[];
+  let store: Store;
+  let connection: Connection;
+
+  const state = (revision: number, document: Document): string => {
+    const told: State = {
+      type: "state",
+      revision,
+      document,
+      undo_label: null,
+      redo_label: null,
+      saved: true,
+      recovered: false,
+      resumed: false,
+      path: null,
+      opened: 0,
+    };
+    return JSON.stringify(told);
+  };
+  const elsewhere = (revision: number): void => connection.text(JSON.stringify({ type: "elsewhere", revision }));
+
+  beforeEach(() => {
+    sent = [];
+    offered = [];
+    store = new Store(nothing);
+    const events = {
+      notice: nothing,
+      listing: nothing,
+      found: nothing,
+      connected: nothing,
+      recovered: nothing,
+      resumed: nothing,
+      outrun: (label: string, again: () => void) => void offered.push({ label, again }),
+      refused: nothing,
+      written: nothing,
+      lost: nothing,
+      outdated: nothing,
+      renewed: nothing,
+    };
+    connection = new Connection(store, events, (callback) => callback());
+    connection.opened({ send: (text) => void sent.push(JSON.parse(text)) });
+    connection.text(state(1, EMPTY));
+    sent = [];
+  });
+
+  it("and what this one sent for the same is offered again, on what holds", () => {
+    connection.edit({ ...EMPTY, keys: [key(1)] }, "add key");
+    expect(sent.map(({ revision }) => revision)).toEqual([2]);
+    elsewhere(2);
+    expect(offered).toEqual([]);
+    const theirs: Document = { ...EMPTY, method: "spline" };
+    connection.text(state(2, theirs));
+    expect(store.document).toEqual(theirs);
+    expect(offered.map(({ label }) => label)).toEqual(["add key"]);
+    offered[0]?.again();
+    expect(sent.at(-1)).toMatchObject({ revision: 3, document: { ...theirs, keys: [key(1)] } });
+  });
+
+  it("and a drag that goes on is not sent over it", () => {
+    for (const [i, done] of [false, false, true].entries()) {
+      connection.edit({ ...EMPTY, keys: [key(1 + i)] }, "move key", "drag", done);
+      if (i > 0) continue;
+      elsewhere(2);
+      connection.text(state(2, { ...EMPTY, method: "linear" }));
+      // Not in the middle of a drag.
+      expect(offered).toEqual([]);
+    }
+    expect(sent.map(({ revision }) => revision)).toEqual([2]);
+    expect(offered.length).toBe(1);
+    offered[0]?.again();
+    expect(sent.at(-1)).toMatchObject({ revision: 3, document: { method: "linear", keys: [key(3)] } });
+  });
+
+  it("and an edit before it is known what they made is offered, not sent", () => {
+    elsewhere(2);
+    connection.edit({ ...EMPTY, keys: [key(1)] }, "add key");
+    expect(sent).toEqual([]);
+    connection.text(state(2, { ...EMPTY, method: "linear" }));
+    expect(offered.map(({ label }) => label)).toEqual(["add key"]);
+    // Who had nothing to lose is offered nothing.
+    elsewhere(3);
+    connection.text(state(3, EMPTY));
+    expect(offered.length).toBe(1);
+  });
+
+  it("and what a server had before it died is not offered again", () => {
+    const mine = { ...EMPTY, keys: [key(1)] };
+    connection.edit(mine, "add key");
+    connection.closed();
+    connection.opened({ send: (text) => void sent.push(JSON.parse(text)) });
+    connection.text(state(1, mine));
+    expect(offered).toEqual([]);
+    connection.edit({ ...mine, method: "spline" }, "choose method");
+    connection.closed();
+    connection.opened({ send: (text) => void sent.push(JSON.parse(text)) });
+    connection.text(state(1, mine));
+    expect(offered.map(({ label }) => label)).toEqual(["choose method"]);
+  });
+});
