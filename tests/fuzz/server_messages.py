@@ -58,6 +58,8 @@ def _message(draw: random.Random, page: Page) -> dict[str, Any]:
                 "item": draw.choice(["", "walk", "a\nb", "}"]),
                 "overwrite": draw.random() < 0.5,
             },
+            {"type": "stop", "revision": draw.choice([0, 1, 5, 10**9])},
+            {"type": "anew"},
             {"type": "browse", "folder": draw.choice([None, ".", "d", ".."]), "holds": "clip"},
             {"type": "find", "path": place, "writing": draw.random() < 0.5},
         ]

@@ -114,6 +114,13 @@ def test_a_file_that_cannot_be_read_is_refused_and_the_document_stays(served, fo
         assert page.curve()["type"] == "curve"
 
 
+def test_no_search_is_stopped_before_it_was_asked_for(served) -> None:
+    with served.ready_page() as page:
+        page.say("stop", revision=10**9)
+        page.edit(options={"length": "80%"})
+        assert page.curve()["type"] == "curve"
+
+
 def test_one_begins_anew_in_the_page(served) -> None:
     with served.ready_page() as page:
         page.edit(keys=[KEY])

@@ -194,7 +194,7 @@ class SharedDocument:
             case messages.Export() | messages.ExportCurve():
                 self._try(page, "export", message.path, lambda: self._export(page, message))
             case messages.Stop():
-                self._solver.cancel(message.revision)
+                self._solver.cancel(min(message.revision, self._revision))
             case messages.Browse():
                 page.put(files.listing(self._places, message.folder, message.holds))
             case messages.Find():
