@@ -159,6 +159,7 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
     if sys.platform == "win32":
         pytest.skip("Windows does not count pages")
     done = subprocess.run([sys.executable, "-c", child, backend], capture_output=True, text=True, check=True)
-    if backend == "compiled" and platform.libc_ver()[0] == "glibc":
+    # Another allocator may stand before glibc's: that of `make sanitize` does.
+    if backend == "compiled" and platform.libc_ver()[0] == "glibc" and not os.environ.get("LD_PRELOAD"):
         # One array alone has ten thousand pages, or twenty large ones.
         assert int(done.stdout) < 20
