@@ -158,8 +158,6 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 """
     if sys.platform == "win32":
         pytest.skip("Windows does not count pages")
-    if "RETIME_KERNELS" in os.environ:
-        pytest.skip("memory is that of a sanitizer (make sanitize), which is not glibc's")
     done = subprocess.run([sys.executable, "-c", child, backend], capture_output=True, text=True, check=True)
     # Another allocator may stand before glibc's: that of `make sanitize` does.
     if backend == "compiled" and platform.libc_ver()[0] == "glibc" and not os.environ.get("LD_PRELOAD"):
