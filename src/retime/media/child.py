@@ -18,6 +18,7 @@ import threading
 import time
 import traceback
 import warnings
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -185,6 +186,20 @@ def _features(job: dict[str, Any], tell: _Teller) -> None:
     """Tell what moves in a video."""
     _load_everything()
     from retime.media.features import find_features
+
+    _look(job, tell, find_features)
+
+
+def _describe(job: dict[str, Any], tell: _Teller) -> None:
+    """Tell what a file holds."""
+    _load_everything()
+    from retime.media.description import tell_description
+
+    _look(job, tell, tell_description)
+
+
+def _look(job: dict[str, Any], tell: _Teller, look: Callable[..., None]) -> None:
+    """Lock the process up with one file in it, and tell what is found there."""
     from retime.media.kinds import is_sequence
     from retime.media.work import Report
 
@@ -194,22 +209,7 @@ def _features(job: dict[str, Any], tell: _Teller) -> None:
         source = None if is_sequence(path) else stack.enter_context(path.open("rb"))
         # Numbered pictures are opened one at a time.
         _lock_up(2 if source is None else 0)
-        find_features(path, source, fps, Report(tell))
-
-
-def _describe(job: dict[str, Any], tell: _Teller) -> None:
-    """Tell what a file holds."""
-    _load_everything()
-    from retime.media.description import tell_description
-    from retime.media.kinds import is_sequence
-    from retime.media.work import Report
-
-    path = Path(job["path"])
-    fps = None if job["fps"] is None else Fraction(job["fps"])
-    with contextlib.ExitStack() as stack:
-        source = None if is_sequence(path) else stack.enter_context(path.open("rb"))
-        _lock_up(2 if source is None else 0)
-        tell_description(path, source, fps, Report(tell))
+        look(path, source, fps, Report(tell))
 
 
 def _sound(job: dict[str, Any], tell: _Teller) -> None:
