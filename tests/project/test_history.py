@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
@@ -85,3 +86,23 @@ def test_a_step_is_made_of_the_parts_of_the_one_before_where_they_are_equal() ->
     more = fewer.edit(document(0.3, n_keys=6), label="add keys")
     assert more.present == document(0.3, n_keys=6)
     assert more.present.keys[1] is second.present.keys[1]
+
+
+def test_the_earliest_steps_are_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("retime.project.history.MOST_STEPS", 3)
+    history = History(numbered(0))
+    for number in range(1, 6):
+        history = history.edit(numbered(number), label=f"to {number}")
+    undone = []
+    while history.undo_label is not None:
+        undone.append(history.undo_label)
+        history = history.undo()
+    assert undone == ["to 5", "to 4", "to 3"]
+    assert history.present == numbered(2)
+    while history.redo_label is not None:
+        history = history.redo()
+    assert history.present == numbered(5)
+    # A gesture that goes on pushes nothing out.
+    for number in (6, 7, 8):
+        history = history.edit(numbered(number), label="drag", gesture="g", done=False)
+    assert [step.label for step in history.done] == ["to 4", "to 5", "drag"]

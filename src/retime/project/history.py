@@ -7,6 +7,9 @@ from typing import Any
 
 from retime.project.document import Document
 
+MOST_STEPS = 1000
+"""That undo can take back: an editor that is open for days keeps no more of them."""
+
 
 @dataclass(frozen=True)
 class Step:
@@ -34,7 +37,7 @@ class History:
     Attributes
     ----------
     start : Document
-        Before the first step.
+        Before the first step that is kept.
     done : tuple of Step
         The latest last.
     undone : tuple of Step
@@ -72,7 +75,8 @@ class History:
     def edit(self, document: Document, *, label: str, gesture: str = "", done: bool = True) -> History:
         """Take a new value.
 
-        A gesture is one step, however many edits it has. One that ends where it began leaves no step.
+        A gesture is one step, however many edits it has. One that ends where it began leaves no step. Of more than
+        `MOST_STEPS` the earliest is no longer kept.
 
         Parameters
         ----------
@@ -90,7 +94,9 @@ class History:
         if document == before.present:
             return before
         step = Step(label, "" if done else gesture, _made_of(before.present, document))
-        return replace(before, done=(*before.done, step), undone=())
+        steps = (*before.done, step)
+        start = steps[-MOST_STEPS - 1].document if len(steps) > MOST_STEPS else before.start
+        return replace(before, start=start, done=steps[-MOST_STEPS:], undone=())
 
     def sealed(self) -> History:
         """Let no gesture go on with the last step."""
