@@ -252,7 +252,7 @@ def test_numbered_pictures_in_and_out(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("form", [None, "yuv420p"])
-@pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".webm"])
+@pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".webm", ".avi", ".mov", ".ts", ".mpg", ".mxf"])
 def test_pictures_keep_their_colours_in_a_video(tmp_path, suffix, form) -> None:
     colours = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (200, 120, 40)], np.uint8)
     picture = np.repeat(np.tile(colours, (64, 1, 1)), 24, axis=1)

@@ -397,7 +397,8 @@ def _encoded_frames(stream: Any, steps: Iterable[tuple[int, Any]], plan: FramePl
         if palette is not None:
             shown = palette.applied(picture)
         elif picture.format.name != form:
-            shown = picture.reformat(format=form)
+            narrow = picture.format.is_rgb and stream.codec_context.color_range == 1
+            shown = picture.reformat(format=form, dst_color_range="MPEG" if narrow else None)
         # The encoder decides on kinds of frames by itself, and keeps a reference of its own.
         shown.pict_type, shown.pts, shown.time_base, shown.duration = 0, stamp, plan.base, end - stamp
         yield float(end * plan.base), stream.encode(shown)
