@@ -276,8 +276,8 @@ def copy_looks(
     if made.pix_fmt in ("rgb24", "rgba", "bgra", "bgr0", "rgb48le", "gbrp", "gbrap"):
         made.colorspace = 0
     elif made.colorspace == 0:
-        # Pictures of red, green and blue, made luma and chroma: by the matrix and the range that are meant where none is
-        # said (BT.601, narrow), since AVI and MPEG say neither.
+        # Pictures of red, green and blue, made luma and chroma: by the matrix and the range that are meant where none
+        # is said (BT.601, narrow), since AVI and MPEG say neither.
         made.colorspace, made.color_range = 6, 1
     if context is not None and context.sample_aspect_ratio:
         made.sample_aspect_ratio = context.sample_aspect_ratio
