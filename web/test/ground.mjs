@@ -139,7 +139,7 @@ try {
   for (const label of ["Influence", "Smoothness", "Speed limits", "Search rate", "Pose"])
     assert.equal(await page.getByLabel(label, { exact: true }).isVisible(), true, label);
   assert.equal(await page.getByRole("slider", { name: "End of the output" }).isVisible(), false);
-  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.75 * box.height, { steps: 3 });
+  await page.mouse.move(box.x + 0.5 * box.width, box.y + 0.4 * box.height, { steps: 3 });
   await why.getByText(/^\S+ at [\d.]+ s$/).waitFor();
   await method.scrollIntoViewIfNeeded();
   await look("align");
@@ -169,7 +169,7 @@ try {
   await propagate.getByText(/^The example speaks for \d+ % of the clip\./).waitFor();
   await propagate.getByRole("list", { name: "What to look at" }).getByRole("listitem").first().waitFor();
   await editor.setField("Example to", "3.4");
-  await page.mouse.move(box.x + 0.35 * box.width, box.y + 0.75 * box.height, { steps: 3 });
+  await page.mouse.move(box.x + 0.35 * box.width, box.y + 0.4 * box.height, { steps: 3 });
   await why.getByText("Example", { exact: true }).waitFor();
   // What was matched lies in the example.
   await why.getByText(/^itself at [23]\.\d\d, /).waitFor();
