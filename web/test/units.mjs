@@ -178,7 +178,9 @@ try {
   // A clip is trimmed: what was put on its frames stays on them.
   const shownInput = page.getByLabel("Shows input", { exact: true });
   await key.click();
-  const pose = Number(await shownInput.inputValue());
+  // The panel shows the keytime that was chosen before until the page has drawn this one.
+  const pose = Number(/input ([\d.]+) s/.exec(await key.getAttribute("aria-label"))[1]);
+  await until(() => shownInput.inputValue(), pose.toFixed(3));
   await page.locator('section[aria-label="Clips"] summary').first().click();
   await editor.setField("Clip 1: used from", "60f");
   await until(() => shownInput.inputValue(), (pose - 1).toFixed(3));
