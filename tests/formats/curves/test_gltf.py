@@ -107,6 +107,23 @@ def test_what_served_the_animation_alone_is_replaced_and_all_else_stays(tmp_path
     assert '"extras": {"kept": [1.0, "ü"]}'.encode() in new
 
 
+@pytest.mark.parametrize("binary", [True, False])
+def test_a_view_of_bytes_that_its_buffer_does_not_declare_is_refused(binary: bool, tmp_path: Path) -> None:
+    scene = drawn_scene(3)
+    size = len(scene.chunk)
+    scene.json["bufferViews"].append({"buffer": 0, "byteOffset": size + 160, "byteLength": 8})
+    path = tmp_path / ("a.glb" if binary else "a.gltf")
+    scene.chunk += bytes(200)
+    data = scene.glb() if binary else scene.gltf()
+    # There are as many bytes; the buffer has fewer.
+    declared = b'"byteLength": %d' % len(scene.chunk)
+    assert data.count(declared) == 1
+    path.write_bytes(data.replace(declared, (b'"byteLength": %d' % size).ljust(len(declared))))
+    problem = f"ends at byte {size + 168} of buffer 0, which has {size}"
+    with pytest.raises(FormatError, match=problem):
+        retimed(path, Warp([0.0, 1.0, 3.0], [0.0, 0.7, 1.0]), tmp_path / f"b{path.suffix}")
+
+
 def test_retiming_again_and_again_does_not_grow_the_file(tmp_path: Path) -> None:
     path = tmp_path / "0.glb"
     path.write_bytes(drawn_scene(4).glb())

@@ -113,10 +113,10 @@ class GltfFile:
         data = self.buffers[buffer].data
         start = self.whole(view, "byteOffset", f"bufferViews[{index}]", 0)
         length = self.whole(view, "byteLength", f"bufferViews[{index}]")
-        if start + length > len(data):
-            raise self.error(
-                f"bufferViews[{index}] ends at byte {start + length} of buffer {buffer}, which has {len(data)}"
-            )
+        # A file, or a chunk, may have more bytes than its buffer: those are nobody's, and go when it is written anew.
+        size = self.whole(self.item("buffers", buffer), "byteLength", f"buffers[{buffer}]")
+        if start + length > size:
+            raise self.error(f"bufferViews[{index}] ends at byte {start + length} of buffer {buffer}, which has {size}")
         return data[start : start + length], self.whole(view, "byteStride", f"bufferViews[{index}]", 0)
 
     def whole(self, item: dict[str, Any], name: str, where: str, missing: int | None = None) -> int:
