@@ -140,6 +140,8 @@ class _Table:
         self.body = 0 if said is None else said.end()
         self.body_line = 1 + data.count(b"\n", 0, self.body)
         self.delimiter = self.find_delimiter() if said is None else said[1].decode("latin-1")
+        if not self.delimiter.isascii() or self.delimiter.isalnum() or self.delimiter in "\"'+-.":
+            raise self.error(1, f"sep= names what parts the cells: one of , ; | or a tab, found {self.delimiter!r}")
         self.layout = self.header()
         self.names = self.layout.names
         # Columns that may hold times, the likeliest first, each with the form of its text ("" of numbers).

@@ -137,6 +137,14 @@ def test_the_line_that_says_what_parts_cells(tmp_path: Path, delimiter: str) -> 
         table(tmp_path, f"sep={delimiter}\n" + text.replace("4", "b"))
 
 
+@pytest.mark.parametrize("delimiter", [b"\xdc", b"1", b"e", b"-", b"."])
+def test_a_line_that_names_what_can_part_no_numbers_is_refused(tmp_path: Path, delimiter: bytes) -> None:
+    place = tmp_path / "a.csv"
+    place.write_bytes(b"sep=" + delimiter + b"\ntime;x\n0;1\n0.5;2\n")
+    with pytest.raises(FormatError, match=r"a\.csv:1: sep= names what parts the cells: one of , ; \| or a tab, found"):
+        read(place)
+
+
 def test_an_index_must_count_up(tmp_path: Path) -> None:
     found = table(tmp_path, ",time,x\n5,0,1\n6,0.1,2\n7,0.2,3\n")
     assert (found.names, found.dialect, found.rate) == (("x",), "an index before the columns", 10)
