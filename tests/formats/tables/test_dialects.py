@@ -145,6 +145,11 @@ def test_a_line_that_names_what_can_part_no_numbers_is_refused(tmp_path: Path, d
         read(place)
 
 
+def test_a_first_time_with_an_exponent_of_billions_is_read_at_once(tmp_path: Path) -> None:
+    found = table(tmp_path, "time,x\n0.00e-5999999999999999,1\n0.04,2\n0.08,3\n")
+    assert (found.rate, found.values.tolist(), found.clock.start) == (25, [[1], [2], [3]], 0)
+
+
 def test_an_index_must_count_up(tmp_path: Path) -> None:
     found = table(tmp_path, ",time,x\n5,0,1\n6,0.1,2\n7,0.2,3\n")
     assert (found.names, found.dialect, found.rate) == (("x",), "an index before the columns", 10)

@@ -194,7 +194,8 @@ def numeric_times(name: str, times: FloatArray, sample: str, form: ClockForm | N
         In what they count, where that is known.
     """
     try:
-        written = float(Fraction(sample)) == times[0]
+        # As an exact fraction a power of ten has as many digits as it says: one of a damaged file may say billions.
+        written = len(sample.lower().partition("e")[2]) < 5 and float(Fraction(sample)) == times[0]
     except (ValueError, ArithmeticError):
         written = False
     sample = sample if written else repr(float(times[0]))
