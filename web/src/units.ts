@@ -1,10 +1,14 @@
 /** How times are shown: seconds, frames or timecode. What is shown can be typed again, in the one grammar. */
 
-import type { Store } from "./store";
-
 export type Units = "seconds" | "frames" | "timecode";
 
 export const UNITS: readonly Units[] = ["seconds", "frames", "timecode"];
+
+/** What times are shown by: the units that were chosen, and the first clip's frames a second. */
+export interface Shown {
+  readonly view: { readonly units: Units };
+  readonly rate: number;
+}
 
 /** Frames are counted as whole, where they are as near to it as what a file rounds. */
 const NEAR = 1e-4;
@@ -49,23 +53,23 @@ export function saidTime(seconds: number, rate: number, units: Units, digits = 2
 }
 
 /** The units in use: at a rate that has no timecode frames stand in for it. */
-export function unitsOf({ view, rate }: Store): Units {
+export function unitsOf({ view, rate }: Shown): Units {
   return view.units === "timecode" && timecodeFrames(rate) === null ? "frames" : view.units;
 }
 
 /** The units after those in use. */
-export function nextUnits(store: Store): Units {
+export function nextUnits(store: Shown): Units {
   const all: readonly Units[] = timecodeFrames(store.rate) === null ? ["seconds", "frames"] : UNITS;
   return all[(all.indexOf(unitsOf(store)) + 1) % all.length] as Units;
 }
 
 /** A time of the first clip's clock, as a field shows it. */
-export function inField(store: Store, seconds: number, digits = 3): string {
+export function inField(store: Shown, seconds: number, digits = 3): string {
   return fieldTime(seconds, store.rate, unitsOf(store), digits);
 }
 
 /** A time of the first clip's clock, as it is said. */
-export function said(store: Store, seconds: number, digits = 2): string {
+export function said(store: Shown, seconds: number, digits = 2): string {
   return saidTime(seconds, store.rate, unitsOf(store), digits);
 }
 
@@ -76,7 +80,7 @@ export function spanText(start: number, end: number, rate: number, units: Units)
 }
 
 /** A stretch of the first clip's clock, as it is said. */
-export function saidSpan(store: Store, { start, end }: { readonly start: number; readonly end: number }): string {
+export function saidSpan(store: Shown, { start, end }: { readonly start: number; readonly end: number }): string {
   return spanText(start, end, store.rate, unitsOf(store));
 }
 

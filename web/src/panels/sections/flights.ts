@@ -4,13 +4,13 @@ import { deleteItem } from "../../deleting";
 import { freshId } from "../../document";
 import { make, setAttribute } from "../../dom";
 import { type Flight, findFlight, flightsCount, flightText, markFlight } from "../../flights";
-import { parseTime } from "../../grammar";
 import { clamp } from "../../scale";
 import { inField, unitsOf } from "../../units";
 import { iconButton } from "../buttons";
-import { check, textField } from "../fields";
+import { check } from "../fields";
 import { type Scrub, valueScrub } from "../scrub";
 import { documentOf, frame, type Section, type Side } from "./section";
+import { spanFields } from "./span_fields";
 
 /** Seconds of a flight that is added: those of a hop. */
 const USUAL = 0.3;
@@ -117,18 +117,7 @@ function flightRow({ store, connection }: Side, id: string): FlightRow {
         return markFlight(document, { ...flight, [which]: held });
       };
     });
-  const from = textField(
-    "From",
-    "Input time at which it begins",
-    (text) => change({ start: parseTime(text, store.rate) }),
-    bound("start"),
-  );
-  const to = textField(
-    "To",
-    "Input time at which it ends",
-    (text) => change({ end: parseTime(text, store.rate) }),
-    bound("end"),
-  );
+  const [from, to] = spanFields(store, change, bound);
   const flies = check("", "Whether the figure is in the air there", (on) => change({ flies: on }));
   const select = (): void => store.select({ kind: "flight", id });
   for (const [input, name] of [

@@ -3,7 +3,7 @@
 import { deleteItem } from "../../deleting";
 import { addLock, changeLock, findLock } from "../../document";
 import { make } from "../../dom";
-import { parseLockSpeeds, parseTime, speedsText } from "../../grammar";
+import { parseLockSpeeds, speedsText } from "../../grammar";
 import type { LockedTime } from "../../messages";
 import { clamp } from "../../scale";
 import { inField } from "../../units";
@@ -12,6 +12,7 @@ import { textField } from "../fields";
 import { type Scrub, timeScrub } from "../scrub";
 import { type SortedRow, SortedRows } from "../sorted_rows";
 import { documentOf, frame, type Section, type Side } from "./section";
+import { spanFields } from "./span_fields";
 
 export function locksSection(side: Side): Section {
   const { store, connection } = side;
@@ -67,18 +68,7 @@ function lockRow({ store, connection }: Side, id: string): SortedRow {
         return changeLock(document, id, { [side]: held });
       },
     );
-  const from = textField(
-    "From",
-    "Input time at which it begins",
-    (text) => change({ start: parseTime(text, store.rate) }),
-    bound("start"),
-  );
-  const to = textField(
-    "To",
-    "Input time at which it ends",
-    (text) => change({ end: parseTime(text, store.rate) }),
-    bound("end"),
-  );
+  const [from, to] = spanFields(store, change, bound);
   const speed = textField(
     "Speed",
     "The speed it plays at: 1, a range such as 0.5..2, or uncut (slowed down, never sped up)",
