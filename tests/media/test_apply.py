@@ -253,22 +253,61 @@ def test_numbered_pictures_in_and_out(tmp_path) -> None:
 
 @pytest.mark.parametrize("form", [None, "yuv420p"])
 @pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".webm", ".avi", ".mov", ".ts", ".mpg", ".mxf"])
-def test_pictures_keep_their_colours_in_a_video(tmp_path, suffix, form) -> None:
-    colours = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (200, 120, 40)], np.uint8)
-    picture = np.repeat(np.tile(colours, (64, 1, 1)), 24, axis=1)
+@pytest.mark.parametrize("kind", ["rgb24", "gray", "gray16be", "pal8", "jpeg"])
+def test_pictures_keep_their_colours_in_a_video(tmp_path, kind, suffix, form) -> None:
+    colours = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (20, 20, 20), (235, 235, 235)], np.uint8)
+    if kind.startswith("gray"):
+        colours = np.repeat(np.array([[20], [70], [110], [150], [240]], np.uint8), 3, axis=1)
+    picture = np.repeat(np.tile(colours, (64, 1, 1)), 20, axis=1)
+    coder, kept = ("mjpeg", "yuvj444p") if kind == "jpeg" else ("png", kind)
     for number in range(6):
-        context = av.CodecContext.create("png", "w")
-        context.width, context.height, context.pix_fmt, context.time_base = 96, 64, "rgb24", Fraction(1, 25)
+        context = av.CodecContext.create(coder, "w")
+        context.width, context.height, context.pix_fmt, context.time_base = 100, 64, kept, Fraction(1, 25)
         frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+        if kind == "pal8":
+            frame = _of_palette(picture)
+        elif kind != "rgb24":
+            frame = frame.reformat(format=kept, dst_color_range="JPEG")
         data = b"".join(bytes(packet) for packet in (*context.encode(frame), *context.encode(None)))
-        (tmp_path / f"take.{number}.png").write_bytes(data)
+        (tmp_path / f"take.{number}.{coder.removeprefix('m')}").write_bytes(data)
     clip = options.MediaOptions(frames="nearest", fps=Fraction(25), pixel_format=form)
-    apply.retime_media(tmp_path / "take.%d.png", tmp_path / f"o{suffix}", Warp([0, 0.2], [0, 0.2]), clip)
+    source = next(tmp_path.glob("take.0.*"))
+    read = next(clips.read_frames(source)[2].__iter__()).to_ndarray(format="rgb24")[32, 10::20]
+    np.testing.assert_allclose(read.astype(int), colours.astype(int), atol=4)
+    apply.retime_media(tmp_path / f"take.%d{source.suffix}", tmp_path / f"o{suffix}", Warp([0, 0.2], [0, 0.2]), clip)
     _, _, frames = clips.read_frames(tmp_path / f"o{suffix}")
     assert len(frames) == 6
     for frame in frames:
-        found = frame.to_ndarray(format="rgb24")[32, 12::24]
+        found = frame.to_ndarray(format="rgb24")[32, 10::20]
         np.testing.assert_allclose(found.astype(int), colours.astype(int), atol=12)
+        grey = np.ptp(colours, axis=1) == 0
+        np.testing.assert_allclose(found[grey].astype(int), colours[grey].astype(int), atol=5)
+
+
+def _of_palette(picture: np.ndarray) -> av.VideoFrame:
+    """Make a frame of a palette, of the colours of a picture."""
+    table, places = np.unique(picture.reshape(-1, 3), axis=0, return_inverse=True)
+    palette = np.zeros((256, 4), np.uint8)
+    palette[: len(table)] = np.column_stack([np.full(len(table), 255), table])
+    return av.VideoFrame.from_ndarray((places.reshape(picture.shape[:2]).astype(np.uint8), palette), format="pal8")
+
+
+@pytest.mark.parametrize(("codec", "suffix"), [("hevc", ".mp4"), ("h264", ".mkv"), ("vp9", ".webm"), ("ffv1", ".mkv")])
+def test_pictures_of_alpha_find_a_format_that_the_codec_writes(tmp_path, codec, suffix) -> None:
+    picture = np.full((48, 64, 4), (200, 120, 40, 255), np.uint8)
+    for number in range(4):
+        context = av.CodecContext.create("png", "w")
+        context.width, context.height, context.pix_fmt, context.time_base = 64, 48, "rgba", Fraction(1, 25)
+        frame = av.VideoFrame.from_ndarray(picture, format="rgba")
+        data = b"".join(bytes(packet) for packet in (*context.encode(frame), *context.encode(None)))
+        (tmp_path / f"take.{number}.png").write_bytes(data)
+    clip = options.MediaOptions(frames="nearest", fps=Fraction(25), codec=codec)
+    apply.retime_media(tmp_path / "take.%d.png", tmp_path / f"o{suffix}", Warp([0, 0.12], [0, 0.12]), clip)
+    _, _, frames = clips.read_frames(tmp_path / f"o{suffix}")
+    assert len(frames) == 4
+    for frame in frames:
+        found = frame.to_ndarray(format="rgb24")[24, 32]
+        np.testing.assert_allclose(found.astype(int), picture[0, 0, :3].astype(int), atol=12)
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".webp", ".apng"])

@@ -62,6 +62,14 @@ _WITHOUT_RATE = {
     "apng",
     "dnxhd",
 }
+# Encoders list these formats, and then refuse them.
+_REFUSED = {
+    "libvpx-vp9": {"yuva422p", "yuva444p", "gbrap"},
+    "libx265": {"yuva420p", "yuva420p10le"},
+    "ffv1": {"yaf16le", "yaf32le", "grayf16le", "grayf32le", "gbrpf16le", "gbrpf32le", "gbrapf16le", "gbrapf32le"},
+}
+# Their files say no range: players take them for narrow.
+_NO_RANGE = {"mpeg1video", "mpeg2video", "mpeg4", "prores_ks", "dnxhd"}
 # The same in all but a name: full range, which is told beside.
 _FULL_RANGE = {"yuvj420p": "yuv420p", "yuvj422p": "yuv422p", "yuvj444p": "yuv444p"}
 
@@ -129,6 +137,18 @@ def encoder_for(kind: str, codec: str | None, container: Any, told: str | None, 
     raise FormatError(f"nothing here encodes {codec or usual} for a {place.suffix} file", path=place)
 
 
+def is_grey(form: Any) -> bool:
+    """Say whether a pixel format holds light alone (and alpha)."""
+    return not form.has_palette and len([1 for one in form.components if not one.is_alpha]) == 1
+
+
+def range_of(frame: Any) -> int:
+    """Return a frame's range as FFmpeg numbers it: 1 (narrow), 2 (full), or 0 where it isn't told."""
+    if frame.format.is_rgb or frame.format.has_palette or frame.format.name in _FULL_RANGE:
+        return 2
+    return int(frame.color_range)
+
+
 def pixel_format_for(encoder: str, source: str, told: str | None) -> str:
     """Choose the pixel format: the source's, or what loses the least of it.
 
@@ -138,7 +158,8 @@ def pixel_format_for(encoder: str, source: str, told: str | None) -> str:
         The encoder doesn't take the one that the user wants.
     """
     av = needed("av")
-    takes: list[str] = [one.name for one in av.Codec(encoder, "w").video_formats or []]
+    refused = _REFUSED.get(encoder, set())
+    takes: list[str] = [one.name for one in av.Codec(encoder, "w").video_formats or [] if one.name not in refused]
     if told is not None:
         if takes and told not in takes:
             raise OptionError(f"{encoder} takes {', '.join(takes)}; not {told}")
@@ -163,16 +184,13 @@ def _loss(source: str, name: str) -> tuple[float, ...]:
     def depth(form: Any) -> int:
         return 8 if form.has_palette else max((component.bits for component in form.components), default=8)
 
-    def grey(form: Any) -> bool:
-        return not form.has_palette and len([1 for one in form.components if not one.is_alpha]) == 1
-
     def chroma(form: Any) -> float:
-        if form.has_palette or form.is_rgb or grey(form):
+        if form.has_palette or form.is_rgb or is_grey(form):
             return 1.0
         return float(form.chroma_width() * form.chroma_height() / 64**2)
 
     return (
-        float(grey(b) and not grey(a)),
+        float(is_grey(b) and not is_grey(a)),
         float(b.has_palette and not a.has_palette),
         float(alpha(a) and not alpha(b)),
         max(0, depth(a) - depth(b)),
@@ -273,12 +291,17 @@ def copy_looks(
         if said in (0, 2) and name != "color_range" and context is not None:
             said = getattr(context, name)
         setattr(made, name, int(said))
-    if made.pix_fmt in ("rgb24", "rgba", "bgra", "bgr0", "rgb48le", "gbrp", "gbrap"):
-        made.colorspace = 0
-    elif made.colorspace == 0:
-        # Pictures of red, green and blue, made luma and chroma: by the matrix and the range that are meant where none
-        # is said (BT.601, narrow), since AVI and MPEG say neither.
-        made.colorspace, made.color_range = 6, 1
+    form = needed("av").VideoFormat(made.pix_fmt, 16, 16)
+    if form.is_rgb or form.has_palette:
+        made.colorspace, made.color_range = 0, 2
+    elif is_grey(form):
+        made.colorspace = 2
+    elif encoder in _NO_RANGE:
+        made.color_range = 1
+    if made.colorspace == 0 and not (form.is_rgb or form.has_palette):
+        # Pictures of red, green and blue, or of grey, made luma and chroma: by the matrix and the range that are meant
+        # where none is said (BT.601, narrow), since AVI and MPEG say neither.
+        made.colorspace, made.color_range = 6, 2 if made.pix_fmt in _FULL_RANGE else 1
     if context is not None and context.sample_aspect_ratio:
         made.sample_aspect_ratio = context.sample_aspect_ratio
     if source is not None:
