@@ -18,6 +18,8 @@ from retime.files import read_bytes
 
 # What separates several texts of one cell.
 _SEVERAL = ";"
+# Of a whole number; a longer one is a text, which the setting refuses by name.
+_MOST_DIGITS = 18
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,9 @@ def _rows(path: Path) -> dict[str, dict[str, Any]]:
     head = [name.strip() for name in rows[0]] if rows else []
     if "clip" not in head:
         raise FormatError("expected a table with a column called clip", path=path, line=1)
+    twice = next((name for name in head if name and head.count(name) > 1), None)
+    if twice is not None:
+        raise FormatError(f"two columns are called {twice}", path=path, line=1)
     column = head.index("clip")
     found: dict[str, dict[str, Any]] = {}
     for line, row in enumerate(rows[1:], start=2):
@@ -158,7 +163,10 @@ def _rows(path: Path) -> dict[str, dict[str, Any]]:
             continue
         if len(row) > len(head):
             raise FormatError(f"{len(row)} cells, the head has {len(head)}", path=path, line=line)
-        name = str(PurePosixPath(row[column].strip().replace("\\", "/")))
+        clip = row[column].strip() if column < len(row) else ""
+        if not clip:
+            raise FormatError("the row names no clip", path=path, line=line)
+        name = str(PurePosixPath(clip.replace("\\", "/")))
         if name in found:
             raise FormatError(f"{name} has two rows", path=path, line=line)
         given = {head[i]: _value(cell.strip()) for i, cell in enumerate(row) if i != column and cell.strip()}
@@ -169,7 +177,7 @@ def _rows(path: Path) -> dict[str, dict[str, Any]]:
 def _value(cell: str) -> Any:
     if cell.lower() in ("true", "false"):
         return cell.lower() == "true"
-    if cell.isdecimal() and cell.isascii():
+    if cell.isdecimal() and cell.isascii() and len(cell) <= _MOST_DIGITS:
         return int(cell)
     return [text.strip() for text in cell.split(_SEVERAL)] if _SEVERAL in cell else cell
 
