@@ -159,7 +159,8 @@ class Person:
         place = str(self.folder / f"out{self.draw.choice(['.csv', '.json'])}")
         what = "warp" if place.endswith(".json") else "motion"
         self.page.say("export", what=what, path=place, clip=0, overwrite=True)
-        self.page.until("exported", "notice", "problem")
+        # Refused where the document can't be solved, as it is.
+        self.page.until("exported", "refused")
 
 
 def _held(process: int) -> int:

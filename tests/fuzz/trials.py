@@ -137,6 +137,10 @@ def run(
                 warnings.simplefilter("error")
                 warnings.simplefilter("ignore", RetimeWarning)
                 end = trial(random.Random(seed))
+        except TimeoutError as error:
+            # An error of the system's by its kind, but nothing here ends by it: somebody waited for what never came.
+            end = "fault"
+            tally.faults[seed] = f"waited in vain: {str(error)[:200]}\n{_place(error)}"
         except (RetimeError, OSError) as error:
             end = type(error).__name__
             if len(str(error)) > 2000:
