@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
+import tracemalloc
 import zlib
 from pathlib import Path
 
@@ -84,6 +85,29 @@ def test_a_journal_does_not_grow_for_ever(tmp_path, monkeypatch) -> None:
     assert max(sizes) < 22_000
     assert read_journal(journal.path).history == history
     journal.close()
+
+
+def test_a_long_history_is_written_anew_without_all_of_it_in_memory(tmp_path) -> None:
+    history = History(numbered(0))
+    for number in range(1, 1001):
+        history = history.edit(numbered(number), label=str(number))
+    # More is undone than not, so that both are written.
+    for _ in range(600):
+        history = history.undo()
+    journal = Journal(tmp_path / "j")
+    # What is imported and made once is not counted.
+    journal.begin(history, {}, "")
+    tracemalloc.start()
+    try:
+        journal.begin(history, {}, "")
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    journal.close()
+    size = journal.path.stat().st_size
+    assert size > 300_000
+    assert most < 3 * journals._PIECE + 50_000 < size
+    assert read_journal(journal.path).history == history
 
 
 def test_a_journal_of_an_older_program_is_recovered_undo_included(tmp_path) -> None:

@@ -94,3 +94,25 @@ def test_faults_of_those_who_are_told_are_told_too_and_the_next_is_written() -> 
 
     asyncio.run(run())
     assert told == ["wrote a", "after a", "after after b", "wrote c", "done c"]
+
+
+def test_all_changes_are_written_by_one_thread_which_ends_with_the_writer() -> None:
+    # Each other thread would keep for good the memory that the largest change needs.
+    threads: list[threading.Thread] = []
+
+    async def run() -> None:
+        writer = DiskWriter(fault=lambda error: None)
+        for _ in range(20):
+            done = asyncio.Event()
+            change = Change(lambda: threads.append(threading.current_thread()), done.set, failed=lambda error: None)
+            writer.put(change)
+            await done.wait()
+            # Asyncio takes a new thread for what comes while its others are idle, too.
+            await asyncio.gather(*(asyncio.to_thread(int) for _ in range(3)))
+        await writer.close()
+
+    asyncio.run(run())
+    assert len(threads) == 20
+    assert set(threads) == {threads[0]}
+    assert threads[0] is not threading.main_thread()
+    assert not threads[0].is_alive()

@@ -15,7 +15,7 @@ import json
 import os
 import stat
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -36,6 +36,8 @@ VERSION = 2
 _OLD = 1
 # A journal larger than this, and than twice what its history needs, is written anew.
 _LARGE = 4 << 20
+# Bytes that are put together before they are written.
+_PIECE = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -212,20 +214,11 @@ class Journal:
 
     def _rewrite(self, history: History, warps: Mapping[str, Warp]) -> None:
         """Write the file anew: beside its place, synced, renamed."""
-        head = {"format": "retime-journal", "version": VERSION, "base": self._base, "start": to_value(history.start)}
-        lines: list[Mapping[str, Any]] = [head]
-        lines += [{"did": "keep", "id": name, "warp": json.loads(warp.to_json())} for name, warp in warps.items()]
-        lines += [
-            {"did": "edit", **to_value(Edit(step.document, step.label, step.gesture, done=not step.gesture))}
-            for step in (*history.done, *reversed(history.undone))
-        ]
-        lines += [{"did": "undo"}] * len(history.undone)
-        data = b"".join(map(_line, lines))
         beside = name_beside(self.path)
         try:
             file = beside.open("xb", buffering=0)
             try:
-                _write_all(file, data)
+                size = _write_lines(file, self._lines(history, warps))
                 sync_file(file.fileno())
                 if os.path.lexists(self.path) and not stat.S_ISREG(self.path.lstat().st_mode):
                     # A link, a pipe, a device, a folder: no journal of ours, and nothing to rename over.
@@ -246,7 +239,17 @@ class Journal:
             raise
         sync_folder(self.path.parent)
         self._let_go()
-        self._file, self._size, self._least = file, len(data), len(data)
+        self._file, self._size, self._least = file, size, size
+
+    def _lines(self, history: History, warps: Mapping[str, Warp]) -> Iterator[Mapping[str, Any]]:
+        """Say all that a history is, a line at a time: of a thousand steps at once the program would stay large."""
+        yield {"format": "retime-journal", "version": VERSION, "base": self._base, "start": to_value(history.start)}
+        for name, warp in warps.items():
+            yield {"did": "keep", "id": name, "warp": json.loads(warp.to_json())}
+        for step in (*history.done, *reversed(history.undone)):
+            yield {"did": "edit", **to_value(Edit(step.document, step.label, step.gesture, done=not step.gesture))}
+        for _ in history.undone:
+            yield {"did": "undo"}
 
     def _append(self, value: Mapping[str, Any], history: History, warps: Mapping[str, Warp]) -> None:
         self._hold()
@@ -311,7 +314,21 @@ class Journal:
         self._lock.close()
 
 
-def _write_all(file: BinaryIO, data: bytes) -> None:
+def _write_lines(file: BinaryIO, values: Iterable[Mapping[str, Any]]) -> int:
+    """Write lines, some of them at a time; return how many bytes they are."""
+    size = 0
+    waiting = bytearray()
+    for value in values:
+        waiting += _line(value)
+        if len(waiting) > _PIECE:
+            _write_all(file, waiting)
+            size += len(waiting)
+            waiting = bytearray()
+    _write_all(file, waiting)
+    return size + len(waiting)
+
+
+def _write_all(file: BinaryIO, data: bytes | bytearray) -> None:
     """Write all bytes: an unbuffered file may take fewer than it is given."""
     view = memoryview(data)
     while view:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 
@@ -43,6 +44,9 @@ class DiskWriter:
         self._waiting: list[Change] = []
         self._changed = asyncio.Event()
         self._open = True
+        # One thread for all of them. Of asyncio's own each change would take another, and each of those keeps for good
+        # the memory that it once needed.
+        self._thread = ThreadPoolExecutor(1, "retime-writer")
         self._task = asyncio.create_task(self._write_all())
 
     def put(self, change: Change) -> None:
@@ -60,8 +64,10 @@ class DiskWriter:
         self._open = False
         self._changed.set()
         await asyncio.wait([self._task])
+        self._thread.shutdown()
 
     async def _write_all(self) -> None:
+        loop = asyncio.get_running_loop()
         while True:
             while not self._waiting:
                 if not self._open:
@@ -71,7 +77,7 @@ class DiskWriter:
             change = self._waiting.pop(0)
             # Whatever is raised, the changes that come after are written.
             try:
-                await asyncio.to_thread(change.write)
+                await loop.run_in_executor(self._thread, change.write)
                 change.done()
             except Exception as error:
                 self._fail(change, error)
