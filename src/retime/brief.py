@@ -17,6 +17,20 @@ from typing import Any
 _LONGEST, _MOST_ITEMS = 72, 4
 
 
+def text_of(value: object) -> str:
+    """Return ``str(value)``; where Python refuses to write out a number of thousands of digits, say that it has them.
+
+    Examples
+    --------
+    >>> text_of(120), text_of(10**5000)
+    ('120', 'a number of thousands of digits')
+    """
+    try:
+        return str(value)
+    except ValueError:
+        return "a number of thousands of digits"
+
+
 def brief(value: object) -> str:
     """Write one value in few letters.
 
@@ -42,7 +56,7 @@ def brief(value: object) -> str:
         return f"{len(value)} bytes"
     if isinstance(value, tuple | list | set | frozenset | dict):
         return _brief_items(value)
-    text = repr(value)
+    text = text_of(value) if isinstance(value, int) else repr(value)
     if len(text) > 3 * _LONGEST or "\n" in text:
         return f"<{type(value).__name__}>"
     return text

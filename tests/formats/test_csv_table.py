@@ -138,6 +138,51 @@ def test_a_column_called_frame(tmp_path: Path) -> None:
     assert table(tmp_path, "t,frame\n0,1\n1,2\n").names == ("frame",)
 
 
+@pytest.mark.filterwarnings("ignore::retime.errors.FormatWarning")
+def test_a_column_called_frame_may_have_empty_cells(tmp_path: Path) -> None:
+    """Filled, such a column would be a channel that is taken for the frames' numbers when it is read again."""
+    signal = table(tmp_path, "frame,x,y\n,1,1\n5,2,\n,3,1\n7,4,1\n", rate=30, gaps="bridge")
+    assert (signal.names, signal.first_frame, signal.values[:, 0].tolist()) == (("x", "y"), 4, [1, 2, 3, 4])
+    # One number says nothing of how it goes on, and neither do numbers that leave some out.
+    for cells in (("1", "", ""), ("1", "", "4"), ("0.5", "", "2.5")):
+        rows = "".join(f"{i / 25},{cell},{i}\n" for i, cell in enumerate(cells))
+        assert table(tmp_path, f"t,frame,x\n{rows}", gaps="keep").names == ("frame", "x")
+
+
+@pytest.mark.filterwarnings("ignore::retime.errors.FormatWarning")
+@pytest.mark.parametrize("seed", range(3))
+def test_filled_frame_numbers_read_back_as_they_were_read(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    read_again = set()
+    for _ in range(60):
+        n, step = int(rng.integers(2, 7)), int(rng.integers(1, 3))
+        numbers = [str(int(rng.integers(0, 9)) + step * i) for i in range(n)]
+        if rng.random() < 0.7:
+            numbers = [str(3 + step * i) for i in range(n)]
+        cells = ["" if rng.random() < 0.4 else one for one in numbers]
+        cells[int(rng.integers(n))] = "3"
+        rows = "".join(f"{i / 25:.2f},{cell},{i * i}\n" for i, cell in enumerate(cells))
+        signal = table(tmp_path, f"t,frame,x\n{rows}", gaps="bridge")
+        write(signal, tmp_path / "again.csv", overwrite=True)
+        again = read_csv(tmp_path / "again.csv", gaps="bridge")
+        read_again.add(signal.names)
+        assert (again.names, again.values.tolist()) == (signal.names, signal.values.tolist()), cells
+    assert read_again == {("x",), ("frame", "x")}
+
+
+def test_a_channel_that_would_be_read_as_frame_numbers_is_told(tmp_path: Path) -> None:
+    counted = Signal(("frame", "x"), np.array([[3.0, 1], [4, 2], [5, 4]]), rate=25)
+    with pytest.warns(
+        FormatWarning, match="channel 'frame' goes up by one a row, so a reader takes it for the frames'"
+    ):
+        write(counted, tmp_path / "a.csv")
+    assert read_csv(tmp_path / "a.csv").names == ("x",)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        write(Signal(("frame", "x"), np.array([[3.0, 1], [5, 2]]), rate=25), tmp_path / "b.csv")
+    assert read_csv(tmp_path / "b.csv").names == ("frame", "x")
+
+
 # Broken
 
 

@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from retime.formats.number_text import (
     NumberTextError,
+    count_of,
     format_table,
     parse_count,
     parse_number,
@@ -132,6 +133,25 @@ def test_showing_anything_is_one_short_line(data: bytes) -> None:
     assert len(shown.splitlines()) == 1
     assert shown.isprintable()
     assert len(shown) < 400
+
+
+@given(st.text("0123456789", min_size=1, max_size=400))
+def test_a_count_in_text_is_read_exactly(digits: str) -> None:
+    # Digit by digit, in another way than by int.
+    value = 0
+    for digit in digits:
+        value = 10 * value + "0123456789".index(digit)
+    assert count_of(digits) == min(value, 10**300)
+
+
+@pytest.mark.parametrize("text", ["", "²", "٣", "1²", "-1", "+1", "1_0", "1.0", " 1", "1e3"])
+def test_what_is_no_count_is_none(text: str) -> None:
+    assert count_of(text) is None
+
+
+def test_digits_without_end_are_a_count_that_nothing_has() -> None:
+    assert count_of("9" * 5000) == count_of("1" + "0" * 10_000) == 10**300
+    assert count_of("0" * 5000 + "7") == 7
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)

@@ -139,3 +139,16 @@ class TestTimecode:
         assert written.at(Fraction(60)) == Fraction(7, 4)
         with pytest.raises(OptionError, match="frames of a timecode go from 0 to 29 at 30 Hz"):
             written.at(Fraction(30))
+
+
+NUMBERS_THAT_NOTHING_HOLDS = [10**400, -(10**400), 10**5000, Fraction(10**400), 1e308, "9" * 5000, "1e999999999", "²"]
+
+
+@pytest.mark.parametrize("number", NUMBERS_THAT_NOTHING_HOLDS, ids=lambda number: type(number).__name__)
+@pytest.mark.parametrize("kind", ["time", "length", "speed", "share", "number", "rate"])
+def test_numbers_that_nothing_holds_are_refused(kind: str, number: Any) -> None:
+    """Python writes out no number of thousands of digits, and makes no float of one of hundreds."""
+    more: dict[str, Any] = {"time": {"rate": 30}, "length": {"rate": 30, "n_frames": 300}}.get(kind, {})
+    with pytest.raises(OptionError) as caught:
+        READERS[kind](number, **more)
+    assert len(str(caught.value)) < 300

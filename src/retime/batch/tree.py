@@ -13,6 +13,7 @@ from retime.errors import FormatError, OptionError
 from retime.file_names import name_key
 from retime.files import read_bytes
 from retime.formats.compressed import plain_path
+from retime.formats.number_text import count_of
 from retime.formats.registry import FORMATS
 
 FRAME_CUTS = "Frame_Cuts.csv"
@@ -142,13 +143,12 @@ def _frame_cuts(path: Path) -> tuple[dict[str, tuple[int, int]], tuple[dict[str,
             if end != "START" or start is None or start.strip().lower() in _NO_CUT:
                 continue
             stop = row.get(f"{kind}_STOP")
-            try:
-                cut = int(start), int(stop or "")
-            except ValueError:
-                raise FormatError(f"expected frames {kind}_START and {kind}_STOP", path=path, line=line) from None
-            if not 0 <= cut[0] < cut[1]:
-                raise FormatError(f"{kind}: frames {cut[0]} to {cut[1]} are no range", path=path, line=line)
-            found[f"{row['STYLE_NAME']}_{kind}"] = cut
+            first, last = count_of(start.strip()), count_of((stop or "").strip())
+            if first is None or last is None:
+                raise FormatError(f"expected frames {kind}_START and {kind}_STOP", path=path, line=line)
+            if not first < last:
+                raise FormatError(f"{kind}: frames {start[:20]} to {stop!s:.20} are no range", path=path, line=line)
+            found[f"{row['STYLE_NAME']}_{kind}"] = first, last
     return found, rows
 
 

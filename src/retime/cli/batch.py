@@ -31,7 +31,7 @@ _EXAMPLES = (
     "  retime batch clips --out varied --variants 8 --speed 0.8..1.25 --seed 1 --beside {stem}_labels.csv\n"
 )
 
-_SIZE = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(k|m|g|t)?i?b?", re.IGNORECASE)
+_SIZE = re.compile(r"([0-9]{1,15}(?:\.[0-9]{1,15})?)\s*(k|m|g|t)?i?b?", re.IGNORECASE)
 _UNITS = {None: 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
 
 

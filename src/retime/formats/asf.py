@@ -23,6 +23,7 @@ from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.formats.compressed import plain_path
 from retime.formats.file_signatures import foreign_kind
+from retime.formats.number_text import count_of
 from retime.motion import rotation
 from retime.motion.skeleton import Skeleton
 
@@ -124,7 +125,7 @@ def subject_problem(amc: Path, asf: Path) -> str:
     An AMC has angles alone: that bones are of another length shows in none of its numbers, so names are all there is.
     """
     theirs, own = plain_path(asf).stem, plain_path(amc).stem.partition("_")[0]
-    if not all(name.isascii() and name.isdigit() for name in (theirs, own)) or int(theirs) == int(own):
+    if None in (numbers := (count_of(theirs), count_of(own))) or numbers[0] == numbers[1]:
         return ""
     return (
         f"by the names the skeleton {asf.name} is of subject {theirs}, and the motion of subject {own}: bone lengths, "
@@ -153,10 +154,10 @@ def find_asf(amc: Path) -> tuple[Path | None, str]:
         for entry in there:
             if plain_path(entry).stem.casefold() == wanted.casefold():
                 return entry, ""
-    if subject.isascii() and subject.isdigit():
+    number = count_of(subject)
+    if number is not None:
         for entry in there:
-            name = plain_path(entry).stem
-            if name.isascii() and name.isdigit() and int(name) == int(subject):
+            if count_of(plain_path(entry).stem) == number:
                 return entry, ""
     if len(there) == 1:
         return there[0], ""

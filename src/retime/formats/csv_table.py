@@ -40,6 +40,7 @@ from retime.formats.tables.time_names import form_of_name, is_frame_name, is_tim
 from retime.formats.tables.time_text import form_of_text
 from retime.formats.tables.time_writer import time_texts
 from retime.formats.text_lines import without_byte_order_mark, without_end_padding
+from retime.limits import MOST_NUMBERS
 from retime.motion.any_motion import AnyMotion
 from retime.motion.blending import Places, blended
 from retime.motion.channels import ChannelKind, matching, text_label
@@ -57,7 +58,9 @@ _GAPS = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none"}
 _LIKE_A_NUMBER = re.compile(r"[+-]?[.,]?\d|[+-]?(nan|inf|infinity)$", re.IGNORECASE)
 # By so many rows it is told which columns are text.
 _ROWS_TO_TELL = 1000
-# So many numbers may be made of rows that are uneven in time, or so many of each that is there.
+# So many frames, of so many numbers, may be made of rows that are uneven in time, or so many of each that is there; and
+# no more than an output may have.
+_MOST_FRAMES_MADE = 1 << 18
 _MOST_MADE = 1 << 22
 _MADE_OF_ONE = 100
 # So many rows, and bytes, may stand above the numbers.
@@ -319,7 +322,8 @@ class _Table:
         self.values = np.concatenate(pieces)
         claimed = self.layout.n_frames
         if claimed is not None and claimed != n_rows and not notes:
-            notes.append(f"{claimed} rows claimed, {n_rows} there; kept all {n_rows}")
+            shown = claimed if claimed < 10**12 else f"{claimed:.3g}"
+            notes.append(f"{shown} rows claimed, {n_rows} there; kept all {n_rows}")
         if self.glued:
             where = f"{len(self.glued)} row{'s' * (len(self.glued) != 1)}"
             notes.append(f"numbers that ran together were parted in {where}; the first is line {self.glued[0]}")
@@ -422,7 +426,7 @@ class _Table:
         for column, texts in (self.texts or {}).items():
             if column in kept:
                 self.values[:, column], known[kept.index(column)] = text_label(texts[: len(self.values)])
-        number = 0 if frame is None else int(self.values[0, frame])
+        number = 0 if frame is None else _count(self.values[:, frame]) or 0
         named, written = ("", Clock()) if clock is None else (clock.name, clock.clock)
         if clock is None and frame is not None and self.names[frame]:
             named, written = self.names[frame], Clock("frames", Fraction(number) / rate, str(number))
@@ -481,13 +485,13 @@ class _Table:
     def frame_column(self, time: int | None) -> int | None:
         """Find the column that numbers frames, if one counts up; raise FormatError where one without a name doesn't."""
         if 0 in self.layout.left_out and not self.names[0] and time != 0:
-            if len(self.values) < 2 or not _counts_up(self.values[:, 0]):
+            if len(self.values) < 2 or _count(self.values[:, 0]) is None:
                 raise self.unnamed(self.layout, 1)
             return 0
         if len(self.names) - (time is not None) < 2:
             return None
         frames = [i for i, name in enumerate(self.names) if is_frame_name(name) and i != time]
-        return next((i for i in frames if _counts_up(self.values[:, i])), None)
+        return next((i for i in frames if _count(self.values[:, i]) is not None), None)
 
     def timing(self, clock: TimeColumn | None) -> tuple[Fraction, Places | None]:
         """Find the rate, and where between the rows frames are, if the rows are not even."""
@@ -563,12 +567,18 @@ class _Table:
         steps = np.diff(at)
         longest = int(steps.argmax())
         # What a few rows claim by their times is not taken on their word: one time that is wrong makes days of frames.
-        n_channels = self.values.shape[1]
-        if n_frames * n_channels > max(_MOST_MADE, _MADE_OF_ONE * self.values.size):
+        n_rows, n_channels = self.values.shape
+        numbers = n_frames * n_channels
+        if (
+            n_frames > max(_MOST_FRAMES_MADE, _MADE_OF_ONE * n_rows)
+            or numbers > max(_MOST_MADE, _MADE_OF_ONE * self.values.size)
+            or numbers > max(MOST_NUMBERS, self.values.size)
+        ):
             raise self.error(
                 self.line_of_row(longest + 1),
                 f"{clock.name!r} goes on by {steps[longest]:.6g} s here, and {n_frames} frames of {n_channels} columns "
-                f"would be made of {len(at)} rows; is this time right? A lower rate makes fewer (--fps)",
+                f"({8 * numbers / 1e9:.2g} GB) would be made of {n_rows} rows; is this time right? A lower rate makes "
+                "fewer (--fps)",
             )
         warnings.warn(
             f"{self.path}: the times in {clock.name!r} are uneven, {steps.min():.4g} to {steps.max():.4g} s apart (the "
@@ -595,10 +605,16 @@ def _first_frame(clock: TimeColumn, rate: Fraction, numbered: int) -> int:
     return numbered if whole is None else whole
 
 
-def _counts_up(values: FloatArray) -> bool:
-    """Whether numbers are whole and go up by one."""
-    with np.errstate(over="ignore"):
-        return _whole(float(values[0])) == values[0] and bool(np.all(np.diff(values) == 1))
+def _count(values: FloatArray) -> int | None:
+    """Return the number of the first row, where numbers are whole and go up by one a row; cells may be empty.
+
+    What is read so is written without its gaps, and must be the same when it is read again.
+    """
+    known = np.flatnonzero(~np.isnan(values))
+    if len(known) < min(len(values), 2):
+        return None
+    first = _whole(float(values[known[0]]) - known[0], 0.0)
+    return first if first is not None and np.array_equal(values[known] - first, known) else None
 
 
 def _whole(number: float, off: float = 0.01) -> int | None:
@@ -654,6 +670,14 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
         raise FormatError(
             f"channels have all names that a column of times can have: {', '.join(TIME_NAMES)}", path=path
         )
+    for name, column in zip(signal.names, signal.values.T, strict=True):
+        if is_frame_name(name) and _count(column) is not None:
+            warnings.warn(
+                f"{path}: channel {name!r} goes up by one a row, so a reader takes it for the frames' numbers and not "
+                "for a channel; another name keeps it one",
+                FormatWarning,
+                stacklevel=3,
+            )
     time, times, exact = time_texts(signal, time)
     if time in seen:
         raise FormatError(f"a channel is called {time!r}, as the column of times must be", path=path)

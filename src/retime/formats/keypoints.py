@@ -56,7 +56,7 @@ _MOST_NUMBERS = 1 << 26
 
 _ENDING = "_keypoints.json"
 _FRAME_FILE = re.compile(r"(.*?)_?(\d{1,12})_keypoints\.json", re.ASCII | re.DOTALL)
-_PATTERN = re.compile(r"%0?(\d{0,2})d")
+_PATTERN = re.compile(r"%0?(\d{0,2})d", re.ASCII)
 _OPENPOSE_BODY = ("pose_keypoints_2d", "pose_keypoints", "pose_keypoints_3d")
 
 # What the lists of frames and of landmarks, and the times and numbers of frames are called by those who write them;

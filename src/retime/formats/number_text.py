@@ -133,6 +133,23 @@ def parse_count(token: bytes) -> int:
     return 10**18 if len(digits) > 18 else int(digits)
 
 
+def count_of(text: str) -> int | None:
+    """Return the count that a text is, a whole number in plain digits; None where it is anything else.
+
+    ``str.isdigit`` is no guard for ``int``: it takes ``²``, and Python refuses thousands of digits. More than 300 come
+    back as 10**300, which no count equals.
+
+    Examples
+    --------
+    >>> count_of("0120"), count_of("²"), count_of("-1"), count_of("9" * 5000) == 10**300
+    (120, None, None, True)
+    """
+    if not (text.isascii() and text.isdigit()):
+        return None
+    digits = text.lstrip("0") or "0"
+    return 10**300 if len(digits) > 300 else int(digits)
+
+
 def parse_numbers(text: bytes, *, decimal_comma: bool = False) -> list[float]:
     """Parse numbers with white space between them: a line, or several.
 

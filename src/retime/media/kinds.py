@@ -20,7 +20,7 @@ VIDEO_SUFFIXES = (
 ANIMATION_SUFFIXES = (".gif", ".webp", ".apng")
 SOUND_SUFFIXES = (".wav", ".flac", ".opus", ".ogg", ".mp3", ".m4a", ".aac", ".mka", ".aiff", ".aif")
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".dpx", ".bmp", ".webp")
-_PATTERN = re.compile(r"%0?(\d*)d")
+_PATTERN = re.compile(r"%0?(\d{0,2})d", re.ASCII)
 
 # Names of demuxers. Each reads one file and nothing else (mov: only with options that stay off).
 FORMATS = (

@@ -15,6 +15,7 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
+from retime.brief import text_of
 from retime.errors import OptionError
 from retime.motion.timecode import Timecode
 
@@ -32,6 +33,8 @@ _FRAME_RANGE = re.compile(r"(-?\d{1,15})?:(-?\d{1,15})?", _FLAGS)
 # A range that is not written with two dots; the first letter may be the sign of a number.
 _FROM_TO = re.compile(r"(.+?)(?:-|–|to)(.+)", _FLAGS)
 _PLAIN = re.compile(_NUMBER, _FLAGS)
+# No time, speed or count is larger; what is would overflow as a float.
+_LARGEST = 10**100
 # The longest clip at the highest rate that anybody has: a length that is too short for it is so for all.
 _MANY_FRAMES, _HIGH_RATE = 10_000_000, Fraction(240)
 # A bare length below this many seconds may have been meant as a factor.
@@ -103,8 +106,8 @@ def read_time(text: str | float) -> WrittenTime:
 def _read_time(text: str | float, expected: str) -> WrittenTime:
     number = _plain_number(text)
     if number is not None:
-        return WrittenTime(str(text), seconds=number)
-    written = str(text).strip()
+        return WrittenTime(text_of(text), seconds=number)
+    written = text_of(text).strip()
     if match := _SECONDS.fullmatch(written):
         return WrittenTime(written, seconds=Fraction(match[1]))
     if match := _FRAMES.fullmatch(written):
@@ -126,16 +129,20 @@ def _check_clock(minutes: int, seconds: int | Fraction, written: str) -> None:
 
 
 def _plain_number(value: object) -> Fraction | None:
-    """Return a finite number exactly (NumPy's too), or None for anything else."""
+    """Return a number of 1e100 at most exactly (NumPy's too), or None for anything else."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         return None
     if isinstance(value, numbers.Rational):
-        return Fraction(int(value.numerator), int(value.denominator))
-    return Fraction(float(value)) if math.isfinite(value) else None
+        exact = Fraction(int(value.numerator), int(value.denominator))
+    elif math.isfinite(value):
+        exact = Fraction(float(value))
+    else:
+        return None
+    return exact if abs(exact) <= _LARGEST else None
 
 
 def _shown(value: object) -> str:
-    return repr(str(value)[:60])
+    return repr(text_of(value)[:60])
 
 
 def parse_time(text: str | float, rate: Fraction) -> float:
@@ -197,10 +204,11 @@ def parse_length(text: str | float, n_frames: int, rate: Fraction) -> int:
     (1287, 1116)
     """
     if isinstance(text, numbers.Integral) and not isinstance(text, bool):
+        shown = text_of(text)[:60]
         raise OptionError(
-            f'a length of {text} could mean frames or seconds: write "{text}f" for frames, or "{text}s" for seconds'
+            f'a length of {shown} could mean frames or seconds: write "{shown}f" for frames, or "{shown}s" for seconds'
         )
-    if match := _PERCENT.fullmatch(str(text).strip()):
+    if match := _PERCENT.fullmatch(text_of(text).strip()):
         length = round(Fraction(match[1]) / 100 * n_frames)
     else:
         time = _read_time(text, "a length such as 65%, 9.3 (seconds), 280f or 0:09.300")
@@ -209,7 +217,7 @@ def parse_length(text: str | float, n_frames: int, rate: Fraction) -> int:
         length = round(time.at(rate) * rate)
     if length < 2:
         raise OptionError(
-            f"a length of {str(text).strip()} is {length} frame{'s' * (length != 1)}; the output needs at least 2"
+            f"a length of {text_of(text).strip()} is {length} frame{'s' * (length != 1)}; the output needs at least 2"
             f"{factor_hint(text)}"
         )
     return length
@@ -302,7 +310,7 @@ def parse_speed(text: str | float) -> float:
     (0.25, 1.5)
     """
     speed = _plain_number(text)
-    written = str(text).strip()
+    written = text_of(text).strip()
     if (match := _SPEED.fullmatch(written)) and (match[2] is None or Fraction(match[2]) > 0):
         speed = Fraction(match[1]) / Fraction(match[2] or 1)
     elif match := _PERCENT.fullmatch(written):
@@ -330,7 +338,7 @@ def parse_speeds(text: str | float) -> tuple[float, float]:
     >>> parse_speeds("1/4..8"), parse_speeds("1"), parse_speeds("uncut")
     ((0.25, 8.0), (1.0, 1.0), (0.0, 1.0))
     """
-    written = str(text).strip()
+    written = text_of(text).strip()
     if written.lower() == "uncut":
         return 0.0, 1.0
     ends = _ends(written)
@@ -501,7 +509,7 @@ def parse_share(text: str | float) -> float:
     0.5
     """
     share = _plain_number(text)
-    written = str(text).strip()
+    written = text_of(text).strip()
     if _PLAIN.fullmatch(written):
         share = Fraction(written)
     elif match := _PERCENT.fullmatch(written):
@@ -541,7 +549,7 @@ def parse_number(
     """
     number = _plain_number(text)
     # How people write "times".
-    written = str(text).strip().replace("×", "x")
+    written = text_of(text).strip().replace("×", "x")
     if unit and written.lower().endswith(unit.lower()):
         written = written[: -len(unit)].rstrip()
     if _PLAIN.fullmatch(written):

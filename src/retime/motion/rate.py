@@ -13,6 +13,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+from retime.brief import text_of
 from retime.errors import OptionError
 
 _DECIMAL = re.compile(r"\+?(\d+(?:\.(\d*))?|\.(\d+))(?:[eE]([+-]?\d{1,3}))?", re.ASCII)
@@ -249,7 +250,7 @@ def parse_rate(value: RateLike) -> Fraction:
     if isinstance(value, Fraction):
         rate = value
     else:
-        text = _RATE_UNIT.sub("", str(value).strip())
+        text = _RATE_UNIT.sub("", text_of(value).strip())
         try:
             pair = _FRACTION.fullmatch(text)
             if pair is not None:
@@ -262,10 +263,10 @@ def parse_rate(value: RateLike) -> Fraction:
                     rate = written
         except (ValueError, ZeroDivisionError):
             raise OptionError(
-                f"expected a frame rate such as 30, 29.97 or 30000/1001, found {str(value)[:60]!r}"
+                f"expected a frame rate such as 30, 29.97 or 30000/1001, found {text_of(value)[:60]!r}"
             ) from None
     if not _SLOWEST <= rate <= _FASTEST:
-        raise OptionError(f"expected a frame rate from {float(_SLOWEST)} to {_FASTEST}, found {str(value)[:60]!r}")
+        raise OptionError(f"expected a frame rate from {float(_SLOWEST)} to {_FASTEST}, found {text_of(value)[:60]!r}")
     return rate
 
 

@@ -290,6 +290,12 @@ def test_frames_are_not_made_on_the_word_of_one_time(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("timestamp,x\n" + "".join(rows))
     with pytest.raises(FormatError, match=r"a\.csv:4: .*172800 s here.* made of 4 rows"):
         read(tmp_path / "a.csv", rate=30)
+    # Nine hours off is as wrong, and a million frames of one column are hundreds of megabytes of text when written.
+    (tmp_path / "c.csv").write_text("time,x\n00:00:01.5,1\n00:00:02.0,2\n09:00:02.5,3\n")
+    with pytest.raises(
+        FormatError, match=r"c\.csv:4: .*972031 frames of 2 columns \(0\.016 GB\) would be made of 3 rows"
+    ):
+        read(tmp_path / "c.csv", rate=30)
     # Long pauses between many rows are no such thing, and a rate as low as the times are makes few frames.
     with pytest.warns(FormatWarning, match="uneven"):
         assert read(tmp_path / "a.csv", rate=Fraction(1, 60)).n_frames == 2881

@@ -175,6 +175,9 @@ def test_a_comma_too_many_after_every_row(tmp_path: Path) -> None:
         (STO.replace("\t2\n", "\n"), 12, "the row has 2 fields, the first row has 3"),
         (STO[: STO.index("time\t")], 9, "nothing follows 'endheader'"),
         (TRC.replace("\t2\tmm", "\t3\tmm"), 4, "NumMarkers is 3, and 2 markers have names"),
+        (STO.replace("nColumns=3", "nColumns=" + "3" * 5000), 10, "nColumns=33"),
+        (TRC.replace("\t2\tmm", "\t²\tmm"), 4, "NumMarkers is ², and 2 markers have names"),
+        (TRC.replace("\t2\tmm", "\t" + "2" * 5000 + "\tmm"), 4, "NumMarkers is 22"),
         (TRC.replace("Z2", ""), 5, "5 axes, where 2 markers have 6"),
         (TRC.replace("100\t100\t3", "x\t100\t3"), 3, "DataRate: "),
         (TRC.replace("\t6\t7\n", "\t6\n"), 8, "the row has 7 fields, the first row has 8"),
@@ -189,6 +192,19 @@ def test_broken_tables_name_the_line(tmp_path: Path, text: str, line: int, says:
         table(tmp_path, text, rate=100)
     assert caught.value.line == line
     assert says in str(caught.value)
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("claimed", ["²", "9" * 5000])
+def test_a_count_of_rows_that_is_none_leaves_the_rows(tmp_path: Path, claimed: str) -> None:
+    for whole in (TRC.replace("\t3\t2\tmm", f"\t{claimed}\t2\tmm"), STO.replace("nRows=3", f"nRows={claimed}")):
+        assert claimed in whole
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            assert table(tmp_path, whole).n_frames == 3
+        said = [str(one.message) for one in caught if "rows claimed" in str(one.message)]
+        assert len(said) == (claimed != "²")
+        assert all("1e+300 rows claimed" in one and len(one) < 500 for one in said)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -14,6 +14,7 @@ from retime.formats.curves.fbx_binary import MAGIC, BinaryFbx
 from retime.formats.curves.fbx_file import FbxFile, Record, Value
 from retime.formats.curves.fbx_text import TextFbx
 from retime.formats.file_signatures import foreign_kind
+from retime.formats.number_text import count_of
 from retime.formats.read_options import Limits
 
 TICKS = 46_186_158_000
@@ -285,9 +286,10 @@ def chosen_stacks(scene: FbxScene, name: str | None) -> list[Stack]:
     if name is None:
         return stacks
     found = [stack for stack in stacks if stack.name == name]
-    if not found and name.isdecimal() and len(name) < 9 and int(name) < len(stacks):
-        found = [stacks[int(name)]]
+    number = count_of(name)
+    if not found and number is not None and number < len(stacks):
+        found = [stacks[number]]
     if not found:
         names = ", ".join(stack.name for stack in stacks)
-        raise FormatError(f"no animation is called {name!r}; there are {names}", path=path)
+        raise FormatError(f"no animation is called {name[:100]!r}; there are {names}", path=path)
     return found

@@ -15,6 +15,7 @@ from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.formats.curves.gltf_file import GltfFile
+from retime.formats.number_text import count_of
 from retime.warp.cutting import CurveSegments, SegmentKind
 
 # Beyond this single precision has no room for what cutting makes of a number.
@@ -237,8 +238,9 @@ def chosen_animations(file: GltfFile, name: str | None) -> list[int]:
     if name is None:
         return list(range(len(names)))
     found = [index for index, one in enumerate(names) if one == name]
-    if not found and name.isdecimal() and int(name) < len(names):
-        found = [int(name)]
+    number = count_of(name)
+    if not found and number is not None and number < len(names):
+        found = [number]
     if not found:
-        raise FormatError(f"no animation is called {name!r}; there are {', '.join(names)}", path=file.path)
+        raise FormatError(f"no animation is called {name[:100]!r}; there are {', '.join(names)}", path=file.path)
     return found

@@ -21,6 +21,7 @@ from retime.errors import FormatError
 from retime.formats.curves.exchange import Message
 from retime.formats.curves.gltf_scene import grid_rate
 from retime.formats.curves.usd_stage import Scene, naming
+from retime.formats.number_text import count_of
 from retime.formats.read_options import Limits
 from retime.motion import rotation
 from retime.motion.channels import text_label
@@ -191,8 +192,9 @@ def _chosen(stage: Any, animations: list[Animation], wanted: str | None) -> tupl
     named = [one for one in animations if one.path.rpartition("/")[2] == wanted]
     if len(named) == 1:
         return named[0], None
-    if wanted.isdecimal() and int(wanted) < len(animations):
-        return animations[int(wanted)], None
+    number = count_of(wanted)
+    if number is not None and number < len(animations):
+        return animations[number], None
     if Sdf.Path.IsValidPathString(wanted):
         path = Sdf.Path(wanted)
         if path.IsAbsolutePath() and path != Sdf.Path.absoluteRootPath and stage.GetObjectAtPath(path):

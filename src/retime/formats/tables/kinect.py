@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
+from retime.formats.number_text import count_of
 from retime.formats.tables.layout import Head, Layout
 from retime.motion.channels import ChannelKind
 from retime.motion.signal import numbered_names
@@ -21,10 +22,8 @@ def find(head: Head) -> Layout | None:
         return None
     if any(len(row) != n_columns or not all(map(head.numeric, row)) for row in fields):
         return None
-    times = [row[0] for row in fields]
-    if not all(time.isdigit() and len(time) < 16 for time in times):
-        return None
-    if any(int(b) <= int(a) for a, b in pairwise(times)):
+    times = [time for row in fields if (time := count_of(row[0])) is not None]
+    if len(times) < len(fields) or any(b <= a for a, b in pairwise(times)):
         return None
     states = range(4, n_columns, 4)
     if any(row[column] not in _STATES for row in fields for column in states):

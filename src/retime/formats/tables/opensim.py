@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-
+from retime.formats.number_text import count_of
 from retime.formats.tables.layout import Head, Layout
 
 
@@ -35,15 +34,14 @@ def find(head: Head) -> Layout | None:
         # Parted by blanks.
         fields, delimiter = tuple(names.fields[0].split()), " "
     claimed = settings.get("ncolumns", "")
-    if claimed.isdigit() and int(claimed) != len(fields):
-        raise head.error(names.line, f"nColumns={claimed}, but {len(fields)} columns have names")
-    n_frames = settings.get("nrows", "")
+    if count_of(claimed) not in (None, len(fields)):
+        raise head.error(names.line, f"nColumns={claimed[:40]}, but {len(fields)} columns have names")
     return Layout(
         "OpenSim table",
         fields,
         names.line,
         names.stop,
         delimiter,
-        n_frames=int(n_frames) if re.fullmatch("[0-9]{1,9}", n_frames) else None,
+        n_frames=count_of(settings.get("nrows", "")),
         extra=True,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from retime.errors import OptionError
+from retime.formats.number_text import count_of
 from retime.formats.tables.layout import Head, Layout, joined_names
 from retime.motion.channels import ChannelKind
 from retime.motion.rate import parse_rate
@@ -29,15 +30,16 @@ def find(head: Head) -> Layout | None:
         raise head.error(values.line, f"DataRate: {error}") from None
     names = [name for name in markers.fields[2:] if name]
     claimed = settings.get("nummarkers", "")
-    if not claimed.isdigit() or int(claimed) != len(names):
-        raise head.error(markers.line, f"NumMarkers is {claimed or 'missing'}, and {len(names)} markers have names")
+    if count_of(claimed) != len(names):
+        raise head.error(
+            markers.line, f"NumMarkers is {claimed[:40] or 'missing'}, and {len(names)} markers have names"
+        )
     n_axes = sum(1 for name in axes.fields if name)
     if n_axes != 3 * len(names):
         raise head.error(axes.line, f"{n_axes} axes, where {len(names)} markers have {3 * len(names)}")
     channels = joined_names([(name, axis) for name in names for axis in "XYZ"])
     # The blank line below the axes may have tabs.
     blank = len(head.rows) > 5 and not any(head.rows[5].fields)
-    n_frames = settings.get("numframes", "")
     unit = ChannelKind("linear", settings.get("units", ""))
     return Layout(
         "TRC markers",
@@ -46,7 +48,7 @@ def find(head: Head) -> Layout | None:
         head.rows[5].stop if blank else axes.stop,
         head.delimiter,
         rate=rate,
-        n_frames=int(n_frames) if n_frames.isdigit() and len(n_frames) < 10 else None,
+        n_frames=count_of(settings.get("numframes", "")),
         extra=True,
         clock=1,
         clock_form="s",
