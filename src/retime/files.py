@@ -24,6 +24,7 @@ _BESIDE = re.compile(r"\.retime-[0-9a-f]{16}\.tmp")
 # Seconds since the last byte was written, before a file that nobody holds is taken for a dead writer's.
 _LEFT_ALONE = 600.0
 _read_here: ContextVar[list[Path] | None] = ContextVar("_read_here", default=None)
+_written_here: ContextVar[list[Path] | None] = ContextVar("_written_here", default=None)
 # Folders that were looked at in this run.
 _tidied: set[Path] = set()
 
@@ -72,6 +73,24 @@ def noting_reads() -> Iterator[list[Path]]:
         yield noted
     finally:
         _read_here.reset(token)
+
+
+def note_written(path: Path) -> None:
+    """Note that a file is written, or is there as it would be, where somebody wants to know (`noting_writes`)."""
+    noted = _written_here.get()
+    if noted is not None and path not in noted:
+        noted.append(path)
+
+
+@contextlib.contextmanager
+def noting_writes() -> Iterator[list[Path]]:
+    """Note which files are written inside, each once: a scene's own, its layers and its buffer, a clip's skeleton."""
+    noted: list[Path] = []
+    token = _written_here.set(noted)
+    try:
+        yield noted
+    finally:
+        _written_here.reset(token)
 
 
 def write_bytes(path: str | PathLike[str], parts: bytes | Iterable[bytes], *, overwrite: bool) -> None:
@@ -140,6 +159,7 @@ def beside(path: str | PathLike[str], *, overwrite: bool) -> Iterator[BinaryIO]:
     except BaseException:
         name.unlink(missing_ok=True)
         raise
+    note_written(path)
     sync_folder(place.parent)
 
 

@@ -13,7 +13,7 @@ from retime.motion.kinematics import global_poses
 
 def test_a_motion_keeps_its_poses(run, clips, tmp_path) -> None:
     result = run("convert", clips.bvh, "jump.amc")
-    assert result.stdout == "jump.amc: 241 frames, 4.02 s at 60 Hz\n"
+    assert result.stdout == "jump.amc: 241 frames, 4.02 s at 60 Hz, with jump.asf\n"
     run("convert", "jump.amc", "back.bvh", "--fps", "60")
     before, after = (global_poses(read(path)) for path in (clips.bvh, tmp_path / "back.bvh"))
     # The ASF has bones of its own where a joint's children stand apart; the feet are the same.

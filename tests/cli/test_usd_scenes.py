@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 from pathlib import Path
 
 import pytest
@@ -122,3 +123,28 @@ def test_the_commands_of_the_page_run(tmp_path: Path, monkeypatch: pytest.Monkey
     assert {path.name for path in tmp_path.glob("*.usda")} == {
         f"{name}.usda" for name in ("walk", "shorter", "clips", "over", "baked")
     }
+
+
+@needs_usd
+@pytest.mark.extras
+def test_each_layer_that_is_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "walk.usda").write_text(
+        '#usda 1.0\nover "a" {\n  double xformOp:rotateY.timeSamples = { 0: 0, 10: 30, 24: 20, 48: 90 }\n'
+        '  uniform token[] xformOpOrder = ["xformOp:rotateY"]\n}\n'
+    )
+    scene = tmp_path / "shot.usda"
+    scene.write_text(
+        "#usda 1.0\n(\n timeCodesPerSecond = 24\n startTimeCode = 0\n endTimeCode = 48\n"
+        ' subLayers = [@lib/walk.usda@]\n)\ndef Xform "a" {}\n'
+    )
+    out, layer, save = tmp_path / "new.usda", tmp_path / "new.walk.usda", tmp_path / "w.json"
+    args = ["warp", scene, "-o", out, "--length", "70%", "--method", "linear"]
+    said = [line.split()[1] for line in run(*args, "--save", save).splitlines() if line.startswith("wrote")]
+    assert said == [str(out), str(save), str(layer)]
+    assert layer.exists()
+    # A layer that is there as it would be written belongs to the output all the same.
+    told = json.loads(run(*args, "--force", "--json"))
+    assert (told["output"], told["beside"]) == (str(out), [str(layer)])
+    other = tmp_path / "other.usda"
+    assert run("apply", save, scene, "-o", other).strip().endswith(f"with {tmp_path / 'other.walk.usda'}")

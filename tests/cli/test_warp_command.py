@@ -76,6 +76,7 @@ def test_one_json_object_holds_every_number(run, clips, tmp_path) -> None:
         "plot": "warp.png",
         "explain": None,
         "also": [],
+        "beside": [],
     }
     assert len(path) == 79
     assert (path[0], path[-1]) == (0, 480)

@@ -139,15 +139,17 @@ def command(
             continue
         if quiet:
             continue
+        beside = "".join(f", with {one}" for one in writing.beside)
+        writing.beside.clear()
         if result is None or motion is None:
             what = "a layer over it" if layer else f"its curves {'baked' if bake else 'cut'}"
             if in_place is not None and in_place.frames:
                 what = "its frames resampled"
-            say(f"{place}: {what}, {timing.output_span:.3f} s from {clip}")
+            say(f"{place}: {what}, {timing.output_span:.3f} s from {clip}{beside}")
         else:
             say(
                 f"{place}: {length_text(result.n_frames, result.rate)}, from {clip}: "
-                f"{length_text(motion.n_frames, motion.rate)}"
+                f"{length_text(motion.n_frames, motion.rate)}{beside}"
             )
     if codes:
         report_error(f"{len(codes)} of {len(places)} clips failed; the others were written")

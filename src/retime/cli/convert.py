@@ -94,6 +94,7 @@ def command(
 
     from retime.cli.in_place import Writing
     from retime.cli.summary import length_text, rate_text
+    from retime.files import noting_writes
     from retime.formats.registry import stays_in_place, write
     from retime.motion.joint_signal import joint_signal
     from retime.motion.motion import Motion
@@ -107,7 +108,7 @@ def command(
     if as_table and isinstance(motion, Motion):
         motion = joint_signal(motion, rotations=rotations, space=space)
     known = None if as_table or clip_options.array else stays_in_place(clip, output, arrays=clip_options.array)
-    with stages.stage("write", "writing"):
+    with stages.stage("write", "writing"), noting_writes() as written:
         if known is not None and known.frames and rate is None and motion.n_frames > 1:
             # The same file with fewer frames, or another rate: all that it holds beside them is kept.
             whole = Warp([0.0, motion.end_time], [0.0, motion.end_time])
@@ -123,7 +124,8 @@ def command(
                 )
             write(motion, output, overwrite=force)
     if not quiet:
-        say(f"{output}: {length_text(motion.n_frames, motion.rate)} at {rate_text(motion.rate)}")
+        beside = "".join(f", with {one}" for one in written if one != output)
+        say(f"{output}: {length_text(motion.n_frames, motion.rate)} at {rate_text(motion.rate)}{beside}")
 
 
 def _as_table(clip: Path, output: Path, arrays: tuple[str, ...]) -> bool:

@@ -11,6 +11,7 @@ from retime.cli.output_options import OutputOptions
 from retime.cli.terminal import Stages, say, say_json, say_table
 
 if TYPE_CHECKING:
+    from retime.cli.in_place import Writing
     from retime.motion.any_motion import AnyMotion
     from retime.search.result import GuidedWarp
     from retime.warp.curve import Warp
@@ -53,14 +54,17 @@ class FoundWarp:
 
 def deliver(found: FoundWarp, outputs: OutputOptions, stages: Stages, facts: dict[str, Any]) -> None:
     """Write what was asked for, then say what was done; `facts` are the command's own part of the JSON."""
-    slip = _write(found, outputs, stages)
+    writing = outputs.writing
+    slip = _write(found, outputs, writing, stages)
     if outputs.as_json:
-        say_json(_document(found, outputs, stages, facts, slip))
+        say_json(_document(found, outputs, stages, facts, slip) | {"beside": [str(one) for one in writing.beside]})
     elif not outputs.quiet:
-        _say_summary(found, outputs, slip)
+        _say_summary(found, outputs, writing.beside, slip)
 
 
-def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str, float | bool] | None:
+def _write(
+    found: FoundWarp, outputs: OutputOptions, writing: Writing, stages: Stages
+) -> dict[str, float | bool] | None:
     """Write all files; how far the feet slide in the retimed clip, where that is to be told."""
     # Heavy imports wait until something is to be done.
     from retime.cli.summary import slip_facts
@@ -71,7 +75,6 @@ def _write(found: FoundWarp, outputs: OutputOptions, stages: Stages) -> dict[str
     from retime.motion.motion import Motion
 
     slip = None
-    writing = outputs.writing
     if outputs.output is not None:
         feet = None
         if isinstance(found.clip, Motion) and not stays_in_place(
@@ -172,7 +175,9 @@ def _document(
     }
 
 
-def _say_summary(found: FoundWarp, outputs: OutputOptions, slip: dict[str, float | bool] | None) -> None:
+def _say_summary(
+    found: FoundWarp, outputs: OutputOptions, beside: list[Path], slip: dict[str, float | bool] | None
+) -> None:
     from retime.cli import summary
     from retime.evaluate.metrics.flights import flight_spans
 
@@ -206,7 +211,7 @@ def _say_summary(found: FoundWarp, outputs: OutputOptions, slip: dict[str, float
         rows.append(("excess", f"{search.excess:.2%} over the optimum (heuristic search)"))
     if slip is not None:
         rows.append(("slip", summary.slip_text(slip)))
-    rows += [("wrote", str(place)) for place in outputs.places]
+    rows += [("wrote", str(place)) for place in (*outputs.places, *beside)]
     say_table(rows)
     if not outputs.places:
         say(

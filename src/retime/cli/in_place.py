@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +37,8 @@ class Writing:
         Of USD: the kind of layer that shows the file, in place of the file retimed.
     force : bool
         Replace what is there.
+    beside : list of Path
+        What was written beside the places that were named: the layers of a scene, the buffer of a .gltf, a skeleton.
     """
 
     average: bool
@@ -43,6 +47,7 @@ class Writing:
     tolerance: float | None
     layer: str | None
     force: bool
+    beside: list[Path] = field(default_factory=list, compare=False)
 
     def write(
         self,
@@ -91,9 +96,18 @@ class Writing:
             from retime.warp.retimed import retimed
 
             result = retimed(clip, warp, average=self.average, feet=feet, held=self.held)
-        with stages.stage("write", "writing"):
+        with stages.stage("write", "writing"), self._noting(place):
             write(result, place, overwrite=self.force)
         return result
+
+    @contextlib.contextmanager
+    def _noting(self, place: Path) -> Iterator[None]:
+        """Keep which files are written beside a place."""
+        from retime.files import noting_writes
+
+        with noting_writes() as written:
+            yield
+        self.beside.extend(one for one in written if one != place)
 
     def write_media(
         self, source: Path, warp: Warp, place: Path, stages: Stages, *, fps: Fraction | None, offset: float
@@ -148,19 +162,20 @@ class Writing:
                 "made it, or write another format"
             )
         more: dict[str, Any] = {} if self.tolerance is None else {"tolerance": self.tolerance}
-        retime_file(
-            source,
-            place,
-            warps,
-            animation=options.animation,
-            rate=options.fps,
-            bake=self.bake,
-            average=self.average,
-            layer=self.layer,
-            outside=options.allow_outside,
-            overwrite=self.force,
-            **more,
-        )
+        with self._noting(place):
+            retime_file(
+                source,
+                place,
+                warps,
+                animation=options.animation,
+                rate=options.fps,
+                bake=self.bake,
+                average=self.average,
+                layer=self.layer,
+                outside=options.allow_outside,
+                overwrite=self.force,
+                **more,
+            )
 
 
 def keeps_curves(source: Path, place: Path) -> bool:

@@ -407,9 +407,10 @@ def _warp_each(request: _Request, names: list[str]) -> None:
         before, after = (length_text(n, clip.rate) for n in (clip.n_frames, warps[name].count_frames(clip.rate)))
         rows.append((name, f"{before} -> {after}"))
     with stages.stage("write", f"writing {outputs.output.name}"):
-        outputs.writing.write_curves(request.clip, given, warps, outputs.output)
+        writing = outputs.writing
+        writing.write_curves(request.clip, given, warps, outputs.output)
     if not outputs.quiet:
-        say_table([*rows, ("wrote", str(outputs.output))])
+        say_table([*rows, *(("wrote", str(place)) for place in (outputs.output, *writing.beside))])
 
 
 def _read_references(request: _Request, clip: AnyMotion) -> list[Reference]:

@@ -22,7 +22,7 @@ from urllib.parse import quote
 from retime.brief import kind_of
 from retime.checks import path_of
 from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
-from retime.files import write_bytes
+from retime.files import note_written, write_bytes
 from retime.formats.compressed import COMPRESSED, is_compressed, plain_path, read_plain, refuse_compressed
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
@@ -642,13 +642,14 @@ def _write_beside(files: dict[str, bytes], place: Path, *, overwrite: bool) -> N
         main = main.replace(b"{stem}", quote(place.stem).encode())
     beside = {place.parent / name.replace("{stem}", place.stem): content for name, content in files.items() if name}
     # What is there already, to the byte, needs no writing.
-    beside = {
-        path: content for path, content in beside.items() if not (path.is_file() and path.read_bytes() == content)
-    }
+    known = [path for path, content in beside.items() if path.is_file() and path.read_bytes() == content]
+    beside = {path: content for path, content in beside.items() if path not in known}
     if not overwrite:
         for path in (*beside, place):
             if path.exists():
                 raise OutputExistsError(path)
+    for path in known:
+        note_written(path)
     for path, content in beside.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, content, overwrite=overwrite)
