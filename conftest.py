@@ -17,4 +17,4 @@ if not find_spec("pyarrow"):
 # What runs USD's own libraries needs the extra "usd".
 if not find_spec("pxr"):
     names = ("animation", "facts", "layers", "retime", "splines", "stage", "text", "write")
-    collect_ignore += [f"src/retime/formats/curves/usd_{name}.py" for name in names]
+    collect_ignore += [f"src/retime/formats/curves/usd/{name}.py" for name in names]

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from retime.formats.curves import fbx
-from retime.formats.curves.fbx_file import Value, all_records
-from retime.formats.curves.fbx_scene import parse_fbx
-from retime.formats.curves.fbx_write import fbx_of
+from retime.formats.curves.fbx import format as fbx
+from retime.formats.curves.fbx.file import Value, all_records
+from retime.formats.curves.fbx.scene import parse_fbx
+from retime.formats.curves.fbx.write import fbx_of
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion import rotation
 from retime.motion.motion import Motion

@@ -31,7 +31,7 @@ def main() -> None:
                 importlib.import_module(module.name)
             except ModuleNotFoundError as error:
                 # What runs USD's own libraries is loaded by a process of its own, and by nothing else.
-                if (error.name, module.name.startswith("retime.formats.curves.usd_")) != ("pxr", True):
+                if (error.name, module.name.startswith("retime.formats.curves.usd.")) != ("pxr", True):
                     raise
     found = runpy.run_path(str(TESTS / "search" / "sample_warps.py"))["digests"]()
     expected = json.loads((TESTS / "search" / "sample_digests.json").read_text(encoding="utf-8"))

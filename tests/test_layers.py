@@ -225,6 +225,20 @@ def test_the_package_knows_nothing_of_the_study_and_the_study_nothing_of_those_w
     assert not beyond, "\n".join(beyond)
 
 
+def test_a_format_of_curves_knows_nothing_of_the_others() -> None:
+    curves = PACKAGE / "formats" / "curves"
+    rooms = {f"retime.formats.curves.{path.parent.name}" for path in curves.glob("*/__init__.py")}
+    assert len(rooms) > 2
+    beyond = [
+        str(found)
+        for path in curves.rglob("*.py")
+        for found in imports_of(path, PACKAGE)
+        for room in rooms
+        if f"{found.module}.".startswith(f"{room}.") and path.parent != curves / room.split(".")[-1]
+    ]
+    assert not beyond, "\n".join(beyond)
+
+
 def test_no_file_imports_in_a_circle() -> None:
     # What is imported for types alone ties two files as closely as the rest.
     assert files_in_circles(PACKAGE) == []
@@ -269,10 +283,9 @@ def test_the_blender_extension_sits_on_top_and_few_of_its_files_know_blender() -
 CORE = {*FOR_ALL, "motion", "warp", "search", "kernels", "files", "formats", "hosts", "data", "project"}
 MORE = {("search/explain.py", "pandas"), ("formats/parquet.py", "pyarrow")}
 MORE |= {
-    (f"formats/curves/usd_{one}.py", "pxr")
-    for one in ("animation", "child", "facts", "layers", "retime", "splines", "stage", "text")
+    (f"formats/curves/usd/{one}.py", "pxr")
+    for one in ("animation", "child", "facts", "layers", "retime", "splines", "stage", "text", "write")
 }
-MORE |= {("formats/curves/usd_write.py", "pxr")}
 
 
 def test_the_core_needs_no_package_but_numpy() -> None:

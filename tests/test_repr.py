@@ -23,7 +23,7 @@ from retime.search.poses.spaces import PoseOptions
 _LEFT_OUT = ("retime.notebook", "retime.server.app", "retime.server.guard", "retime.__main__")
 # Without usd-core what runs in a process of its own can't be imported.
 _USD = tuple(
-    f"retime.formats.curves.usd_{one}"
+    f"retime.formats.curves.usd.{one}"
     for one in ("animation", "facts", "layers", "retime", "splines", "stage", "text", "write")
 )
 _ARRAYS = ("Array", "ndarray", "Float64s", "Bytes")

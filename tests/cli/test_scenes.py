@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from retime.cli.main import main
 from retime.data import SAMPLE
 from retime.formats import read
-from retime.formats.curves import gltf
+from retime.formats.curves.gltf import format as gltf
 from retime.formats.read_options import ReadOptions
 from retime.motion.motion import Motion
-from tests.formats.curves.scenes import Scene, sliding_scene
+from tests.formats.curves.gltf.scenes import Scene, sliding_scene
 from tests.reference.gltf import Scene as Literal
 
 

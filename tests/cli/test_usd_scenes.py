@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import retime
 from retime.cli.exit_codes import EXIT_FILE
 from retime.cli.main import main
-from tests.formats.curves.usd_scenes import DrawnScene
+from tests.formats.curves.usd.scenes import DrawnScene
 
 ROOT = Path(__file__).resolve().parents[2]
 needs_usd = pytest.mark.skipif(

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from retime.errors import FormatError
-from retime.formats.curves import fbx, gltf
+from retime.formats.curves.fbx import format as fbx
+from retime.formats.curves.gltf import format as gltf
 from retime.formats.read_options import Limits, ReadOptions
 from retime.warp.curve import Warp
-from tests.formats.curves.fbx_files import ARRAYS, Builder, ascii_, binary, drawn_fbx, drawn_track
-from tests.formats.curves.scenes import Scene, drawn_scene
+from tests.formats.curves.fbx.files import ARRAYS, Builder, ascii_, binary, drawn_fbx, drawn_track
+from tests.formats.curves.gltf.scenes import Scene, drawn_scene
 from tests.fuzz.text_files import check, written_again
 from tests.fuzz.trials import Trial, mutated_bytes, mutated_text
 

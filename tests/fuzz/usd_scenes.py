@@ -8,11 +8,11 @@ from functools import cache
 from pathlib import Path
 
 from retime.errors import FormatError
-from retime.formats.curves import usd
-from retime.formats.curves.usd_package import packed
+from retime.formats.curves.usd import format as usd
+from retime.formats.curves.usd.package import packed
 from retime.formats.read_options import Limits, ReadOptions
 from retime.warp.curve import Warp
-from tests.formats.curves.usd_scenes import DrawnScene
+from tests.formats.curves.usd.scenes import DrawnScene
 from tests.fuzz import trials
 
 _LIMITS = Limits(frames=2_000, joint_poses=20_000, inflated_bytes=256 << 20)

@@ -15,7 +15,7 @@ from retime.project.export import export_motion
 from retime.project.solve import DocumentSolver
 from tests.formats.body_files import body, npz
 from tests.formats.c3d_files import Capture
-from tests.formats.curves.scenes import sliding_scene
+from tests.formats.curves.gltf.scenes import sliding_scene
 from tests.reference.gltf import Scene as Literal
 
 

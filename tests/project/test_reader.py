@@ -11,7 +11,7 @@ from retime.motion.signal import Signal
 from retime.project.document import ClipFile, Document
 from retime.project.faults import FaultyError
 from retime.project.reader import Reader
-from tests.formats.curves.scenes import skinned_scene
+from tests.formats.curves.gltf.scenes import skinned_scene
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 import retime
 from retime.project.document import WorkArea
 from retime.project.file import read_project
-from tests.formats.curves.scenes import skinned_scene
+from tests.formats.curves.gltf.scenes import skinned_scene
 from tests.server.test_browser import drive, pytestmark, rooms  # noqa: F401
 
 

@@ -42,7 +42,7 @@ class Format:
     Attributes
     ----------
     name : str
-        The format's name and its module in `retime.formats`.
+        The format's name and that of its module in `retime.formats` (of its room, where it has ``curves``).
     suffixes : tuple of str
         File name endings, lower case, with the dot.
     holds : str
@@ -52,8 +52,8 @@ class Format:
     writes : bool
         Whether it can be written.
     curves : bool
-        Whether its animation is curves with keys, which are retimed in place (`retime_file`); its module then is in
-        `retime.formats.curves`.
+        Whether its animation is curves with keys, which are retimed in place (`retime_file`); its module then is
+        ``format`` in its room of `retime.formats.curves`.
     frames : bool
         Whether its files hold more than a clip's frames, so that retiming gives them other frames in place and keeps
         the rest (`retime_file`).
@@ -358,8 +358,8 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
 
 
 def _module(known: Format) -> FormatModule:
-    room = "retime.formats.curves" if known.curves else "retime.formats"
-    return cast(FormatModule, importlib.import_module(f"{room}.{known.name}"))
+    module = f"curves.{known.name}.format" if known.curves else known.name
+    return cast(FormatModule, importlib.import_module(f"retime.formats.{module}"))
 
 
 def read(

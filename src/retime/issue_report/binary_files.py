@@ -41,8 +41,7 @@ _ARRAYS = (
     "retime.motion.channels",
 )
 _GLTF = tuple(
-    f"retime.formats.curves.{one}"
-    for one in ("gltf", "gltf_animation", "gltf_file", "gltf_retime", "gltf_scene", "gltf_write")
+    f"retime.formats.curves.gltf.{one}" for one in ("format", "animation", "file", "retime", "scene", "write")
 )
 # Text of a JSON document: what a backslash begins is no word.
 _JSON_PIECE = re.compile(rb"\\u[0-9a-fA-F]{4}|\\.|[^\\]+", re.DOTALL)

@@ -41,8 +41,8 @@ UNITS_AND_AXES = frozenset(
 )
 _RATE_COMMENT = frozenset(b"frames per second".split())
 _ASF = tuple(f"retime.formats.{one}" for one in ("amc", "amc_frames", "amc_declaration", "asf", "asf_reader"))
-_FBX_PARTS = ("binary", "curve", "file", "keys", "motion", "scene", "text", "values", "write")
-FBX_MODULES = ("retime.formats.curves.fbx", *(f"retime.formats.curves.fbx_{one}" for one in _FBX_PARTS))
+_FBX_PARTS = ("format", "binary", "curve", "file", "keys", "motion", "scene", "text", "values", "write")
+FBX_MODULES = tuple(f"retime.formats.curves.fbx.{one}" for one in _FBX_PARTS)
 
 
 def mask_bvh(data: bytes, names: StandIns) -> bytes:
