@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
+from pathlib import Path
 
 # Without a compiler there are no compiled kernels to import.
 collect_ignore = [] if find_spec("retime.kernels._kernels") else ["src/retime/kernels/compiled.py"]
@@ -16,5 +17,5 @@ if not find_spec("pyarrow"):
     collect_ignore += ["docs/batch.md", "docs/parquet.md"]
 # What runs USD's own libraries needs the extra "usd".
 if not find_spec("pxr"):
-    names = ("animation", "facts", "layers", "retime", "splines", "stage", "text", "write")
-    collect_ignore += [f"src/retime/formats/curves/usd/{name}.py" for name in names]
+    room = Path(__file__).parent / "src" / "retime" / "formats" / "curves" / "usd"
+    collect_ignore += [str(path) for path in room.glob("*.py") if "\nfrom pxr import" in path.read_text("utf-8")]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
-import importlib.util
 import pkgutil
 import xml.etree.ElementTree as ElementTree
 from fractions import Fraction
@@ -21,19 +20,24 @@ from retime.search.poses.spaces import PoseOptions
 
 # An extra may be missing; what it needs holds no values of its own.
 _LEFT_OUT = ("retime.notebook", "retime.server.app", "retime.server.guard", "retime.__main__")
-# Without usd-core what runs in a process of its own can't be imported.
-_USD = tuple(
-    f"retime.formats.curves.usd.{one}"
-    for one in ("animation", "facts", "layers", "retime", "splines", "stage", "text", "write")
-)
 _ARRAYS = ("Array", "ndarray", "Float64s", "Bytes")
 
 
 def modules() -> list[Any]:
     names = [found.name for found in pkgutil.walk_packages(retime.__path__, "retime.")]
     # The compiled kernels are there only where a compiler was.
-    left_out = _LEFT_OUT if importlib.util.find_spec("pxr") else _LEFT_OUT + _USD
-    return [importlib.import_module(name) for name in names if name not in left_out and "kernels." not in name]
+    names = [name for name in names if name not in _LEFT_OUT and "kernels." not in name]
+    return [module for module in map(_imported, names) if module is not None]
+
+
+def _imported(name: str) -> Any:
+    """Import a module; None where it is one of those that run in a process with usd-core, which is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name == "pxr" and name.startswith("retime.formats.curves.usd."):
+            return None
+        raise
 
 
 def public_dataclasses() -> list[type]:

@@ -686,7 +686,7 @@ def test_a_fault_of_retimes_own_is_not_called_damage(tmp_path: Path, monkeypatch
     assert re.fullmatch(
         r"TypeError: 'NoneType' object is not iterable \(usd/child\.py, line \d+\)", answer.facts["fault"]
     )
-    monkeypatch.setattr(usd, "receive", lambda *_: answer)
+    monkeypatch.setattr("retime.formats.curves.usd.decoder.receive", lambda *_: answer)
     told = r"a\.usda: retime can't do this with the file, by a fault of its own .*TypeError: 'NoneType'.*report it"
     with pytest.raises(FormatError, match=told):
         animation_names(path)

@@ -16,11 +16,9 @@ from pathlib import Path
 
 from retime.errors import RetimeError
 from retime.files import noting_reads
-from retime.formats.curves.usd.exchange import Message, receive, send
+from retime.formats.curves.usd.exchange import NO_MEMORY, Message, receive, send
 from retime.formats.read_options import Limits
 from retime.warp.curve import Warp
-
-NO_MEMORY = "no memory"
 
 
 def main(limits_text: str, work: Path) -> None:
@@ -99,7 +97,8 @@ def fault_words(error: BaseException) -> str:
 def _done(asked: Message, work: Path, limits: Limits) -> Message:
     from retime.formats.curves.usd.animation import names_of, read
     from retime.formats.curves.usd.facts import facts_of
-    from retime.formats.curves.usd.retime import layer_over, rewritten
+    from retime.formats.curves.usd.layer_over import layer_over
+    from retime.formats.curves.usd.retime import rewritten
     from retime.formats.curves.usd.stage import open_scene
     from retime.formats.curves.usd.write import written
 

@@ -20,6 +20,9 @@ from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.strict_json import parse_json
 
+NO_MEMORY = "no memory"
+"""The error that a process answers which has too little."""
+
 _HEAD = struct.Struct("<8sQ")
 _MAGIC = b"retimex1"
 _MOST_HEADER = 256 << 20

@@ -6,170 +6,34 @@ another process (`usd.child`), whose end is an error here and no more.
 
 from __future__ import annotations
 
-import contextlib
-import importlib.util
-import json
 import os
-import re
-import subprocess
-import sys
-import tempfile
-import threading
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
-import numpy as np
-
-from retime.arrays import FloatArray
-from retime.child_process import child_environment
-from retime.errors import FormatError, FormatWarning, InvalidMotionError, MissingExtraError
-from retime.files import note_read, write_bytes
+from retime.errors import FormatError, FormatWarning, InvalidMotionError
+from retime.files import write_bytes
 from retime.formats.channel_meaning import make_signal
-from retime.formats.curves.usd.exchange import Message, receive, send
+from retime.formats.curves.usd.decoder import Decoder
+from retime.formats.curves.usd.exchange import Message
+from retime.formats.curves.usd.motion import doubles, motion_of
 from retime.formats.curves.usd.package import packed
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import ChannelKind
-from retime.motion.motion import Motion, Up
-from retime.motion.skeleton import EndSite, Skeleton
+from retime.motion.motion import Motion
 from retime.warp.curve import Warp
 
-NO_MEMORY = "no memory"
-_BYTES_A_SECOND = 1e6
 _SIGNATURES = {
     ".usda": (b"#usda",),
     ".usdc": (b"PXR-USDC",),
     ".usd": (b"#usda", b"PXR-USDC"),
     ".usdz": (b"PK\x03\x04",),
 }
-# Where pxr would look for more of itself, and what would have it print.
-_LEFT_OUT = ("PXR_", "USD_", "TF_", "SDF_", "AR_")
-
-
-class Decoder:
-    """A process that runs pxr, for a while.
-
-    Parameters
-    ----------
-    limits : Limits
-        Of sizes; they bound its memory too.
-    seconds : float
-        How long it may take for anything, and a second more for each megabyte.
-
-    Raises
-    ------
-    MissingExtraError
-        There is no usd-core.
-    """
-
-    def __init__(self, limits: Limits, seconds: float = 60.0) -> None:
-        if importlib.util.find_spec("pxr") is None:
-            raise MissingExtraError("a USD file", package="usd-core", extra="usd")
-        self.limits, self._seconds = limits, seconds
-        self.is_dead = False
-        self._folder = tempfile.TemporaryDirectory(prefix="retime-usd-", ignore_cleanup_errors=True)
-        environment = {name: value for name, value in child_environment().items() if not name.startswith(_LEFT_OUT)}
-        environment["PXR_WORK_THREAD_LIMIT"] = "1"
-        command = [
-            sys.executable,
-            "-m",
-            "retime.formats.curves.usd.child",
-            json.dumps(asdict(limits)),
-            self._folder.name,
-        ]
-        self._process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=environment,
-            cwd=self._folder.name,
-        )
-
-    def __enter__(self) -> Decoder:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the process."""
-        self._process.kill()
-        self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                with contextlib.suppress(OSError):
-                    pipe.close()
-        self._folder.cleanup()
-
-    def ask(self, request: Message, path: Path) -> Message:
-        """Ask for something.
-
-        Raises
-        ------
-        FormatError
-            The file can't be read, or reading it ends the process, or takes for ever.
-        """
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        seconds = self._seconds + sum(map(len, request.files.values())) / _BYTES_A_SECOND
-        late = threading.Event()
-
-        def end() -> None:
-            late.set()
-            self._process.kill()
-
-        clock = threading.Timer(seconds, end)
-        clock.daemon = True
-        clock.start()
-        answer = None
-        try:
-            send(request, self._process.stdin)
-            answer = receive(self._process.stdout, self.limits.file_bytes + self.limits.inflated_bytes)
-        except (OSError, FormatError):
-            # It ended while it was spoken to, or in the middle of a word.
-            self._process.kill()
-        finally:
-            clock.cancel()
-        self.is_dead = answer is None
-        if late.is_set():
-            raise FormatError(f"a USD file that is not read after {seconds:.0f} s", path=path)
-        if answer is None:
-            code = self._process.wait()
-            raise FormatError(f"a damaged USD file: reading it ends the program that does ({code})", path=path)
-        self._note(answer, path)
-        fault = answer.facts.get("fault")
-        if fault is not None:
-            raise FormatError(
-                f"retime can't do this with the file, by a fault of its own and not of the file: {str(fault)[:1000]}; "
-                "please report it, with the file if you may",
-                path=path,
-            )
-        said = answer.facts.get("error")
-        if said == NO_MEMORY:
-            raise FormatError("a USD file that needs too much memory", path=path)
-        if said is not None:
-            # A place in the copy that was read is one in the file.
-            told = re.sub(rf"{re.escape(self._folder.name)}/\d+/", "", str(said)[:1000])
-            raise FormatError(told.replace(f": {path.name}:", ": line "), path=path)
-        return answer
-
-    def _note(self, answer: Message, path: Path) -> None:
-        """Note which layers were read for a scene, as `noting_reads` has it."""
-        read = answer.facts.get("read")
-        for one in read if isinstance(read, list) else ():
-            if isinstance(one, str) and not one.startswith(self._folder.name):
-                found = Path(one)
-                folder = path.parent.resolve()
-                note_read(path.parent / found.relative_to(folder) if folder in found.parents else found)
 
 
 def _request(do: str, path: Path, data: bytes, options: ReadOptions, **more: Any) -> Message:
@@ -263,41 +127,6 @@ def _warn_of_missing(path: Path, facts: Mapping[str, Any]) -> None:
         )
 
 
-def _doubles(answer: Message, name: str, n_dimensions: int) -> FloatArray:
-    array = answer.arrays[name]
-    if array.ndim != n_dimensions or not np.isfinite(array).all():
-        raise KeyError(name)
-    return np.array(array, dtype=np.float64)
-
-
-def motion_of(answer: Message) -> Motion:
-    """Make a motion of an answer; raise InvalidMotionError, KeyError, TypeError or IndexError where it is none."""
-    facts = answer.facts
-    offsets = _doubles(answer, "offsets", 2)
-    translations, rotations = _doubles(answer, "translations", 3), _doubles(answer, "rotations", 3)
-    names, parents, ends = [str(name) for name in facts["names"]], list(facts["parents"]), set(facts["ends"])
-    kept = [joint for joint in range(len(names)) if joint not in ends]
-    place = {joint: number for number, joint in enumerate(kept)}
-    sites = [EndSite(place[parents[joint]], tuple(offsets[joint].tolist())) for joint in sorted(ends)]
-    skeleton = Skeleton(
-        tuple(names[joint] for joint in kept),
-        tuple(-1 if parents[joint] < 0 else place[parents[joint]] for joint in kept),
-        offsets[kept],
-        tuple(sites),
-    )
-    unit = facts["unit"]
-    up: Up = "z" if facts["up"] == "z" else "y"
-    return Motion(
-        skeleton,
-        rotations[:, kept],
-        translations[:, kept],
-        Fraction(*facts["rate"]),
-        name=str(facts["name"]),
-        metres_per_unit=unit if isinstance(unit, float) and 0 < unit < 1e9 else None,
-        up=up,
-    )
-
-
 def _signal(path: Path, answer: Message, options: ReadOptions) -> AnyMotion:
     facts = answer.facts
     left_out = _texts(facts, "left_out", path)
@@ -305,7 +134,7 @@ def _signal(path: Path, answer: Message, options: ReadOptions) -> AnyMotion:
         some = ", ".join(left_out[:8]) + (" ..." if len(left_out) > 8 else "")
         warnings.warn(f"{path}: what is no table of numbers was left out: {some}", FormatWarning, stacklevel=3)
     kinds = {int(place): ChannelKind.parse(str(kind)) for place, kind in facts["kinds"]}
-    values = _doubles(answer, "values", 2)
+    values = doubles(answer, "values", 2)
     rate = options.rate or Fraction(*facts["rate"])
     return make_signal(path, _texts(facts, "names", path), values, rate, options, kinds)
 

@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from retime.errors import FormatError
 from retime.formats.curves.usd.exchange import Message
-from retime.formats.curves.usd.retime import layer_bytes
+from retime.formats.curves.usd.layer_files import layer_bytes
 
 
 def written(asked: Message, work: Path, *, text: bool) -> bytes:
