@@ -38,6 +38,8 @@ PROJECT = "soak.retime"
 CLIP = "camera.csv"
 # Gestures after which it holds what it needs: undo has nearly all the steps that it may have.
 SETTLED = 1000
+# Every so many gestures the hand rests for so many seconds, as a person's does after nearly each.
+_RESTS, _REST = 20, 0.5
 # Of what it holds then, the most that it may grow by.
 MOST_GROWTH = 0.05
 _SAMPLES = 60
@@ -112,6 +114,8 @@ class Person:
             [self._drag, self._change, self._undo, self._save, self._export], [60, 18, 16, 4, 2], k=1
         )[0]
         what(number)
+        if number % _RESTS == 0:
+            time.sleep(_REST)
         self.page.mail.clear()
         self.page.heard.clear()
 

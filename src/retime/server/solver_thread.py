@@ -24,6 +24,7 @@ from retime.project.reader import Find, Sources
 from retime.project.solve import DocumentSolver, Solution
 from retime.server import messages
 from retime.server.drawn_messages import clip_messages, curve_message, why_message
+from retime.server.freed_memory import give_back_freed_memory
 from retime.server.latest_only_thread import LatestOnlyThread
 from retime.server.messages import ServerMessage
 from retime.server.unexpected import words_for_page
@@ -212,6 +213,9 @@ class SolverThread:
         self._tell(job, {"curve": curve_message(job.revision, solution, 1000 * (time.perf_counter() - begin))})
         if self._worker.idle(_REST_IN_HAND if job.in_hand else _REST):
             self._explain(job, solution)
+            if not job.in_hand and self._worker.newer is None:
+                # The hand rests, and all that it waited for is there.
+                give_back_freed_memory()
 
     def _explain(self, job: Job, solution: Solution) -> None:
         def look(_: float) -> None:
