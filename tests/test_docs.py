@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from retime import Limits
+
 ROOT = Path(__file__).resolve().parents[1]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 # Versions before named files that are gone since.
@@ -45,3 +47,12 @@ def test_files_that_a_document_names_are_there(document: Path) -> None:
 def test_names_of_the_package_that_a_document_has_are_there(document: Path) -> None:
     named = set(NAME.findall(document.read_text(encoding="utf-8")))
     assert sorted(name for name in named if not found(name)) == []
+
+
+def test_the_page_of_what_is_promised_has_every_limit_as_it_is() -> None:
+    units = {"": 1, "million": 10**6, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
+    page = (ROOT / "docs" / "reliability.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| ([\d,]+) ?(\w*) \|", page, flags=re.MULTILINE)
+    told = {name: int(number.replace(",", "")) * units[unit] for name, number, unit in rows}
+    # A million is told in round numbers.
+    assert told == {name: pytest.approx(value, rel=0.005) for name, value in vars(Limits()).items()}
