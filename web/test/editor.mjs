@@ -143,11 +143,16 @@ export class Editor {
       () =>
         new Promise((resolve) => {
           const root = document.querySelector(".retime");
-          let timer = setTimeout(resolve, 500);
-          root.addEventListener("retime:curve", () => {
+          const heard = () => {
             clearTimeout(timer);
-            timer = setTimeout(resolve, 500);
-          });
+            timer = setTimeout(rest, 500);
+          };
+          const rest = () => {
+            root.removeEventListener("retime:curve", heard);
+            resolve();
+          };
+          let timer = setTimeout(rest, 500);
+          root.addEventListener("retime:curve", heard);
         }),
     );
   }
