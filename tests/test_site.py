@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import posixpath
 import re
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,14 @@ def test_links_lead_to_pages_of_the_site(place) -> None:
         if there not in PAGES and not (ROOT / "docs" / there).is_file():
             lost.append(target)
     assert lost == []
+
+
+def test_the_site_is_built_for_a_change_of_any_of_its_pages() -> None:
+    workflow = (ROOT / ".github" / "workflows" / "docs.yml").read_text(encoding="utf-8")
+    (listed,) = re.findall(r"paths: \[(.*)\]", workflow)
+    patterns = [word.strip().strip('"') for word in listed.split(",")]
+    sources = [*build_site.OUTSIDE, *(path.relative_to(ROOT).as_posix() for path in (ROOT / "docs").rglob("*.md"))]
+    assert [name for name in sources if not any(fnmatch(name, pattern) for pattern in patterns)] == []
 
 
 def test_the_reference_has_every_public_name() -> None:
