@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import tomllib
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -13,7 +14,7 @@ from typing import Any
 
 from retime.batch.treatment import Treatment, settings
 from retime.brief import brief_repr
-from retime.errors import FormatError, OptionError
+from retime.errors import FormatError, OptionError, RetimeWarning
 from retime.files import read_bytes
 
 # What separates several texts of one cell.
@@ -91,7 +92,11 @@ class Recipe:
             raise OptionError(f"{name}: {error}") from None
 
     def refuse_unknown(self, names: Sequence[str]) -> None:
-        """Raise OptionError where a row speaks of a clip that is not there, or a rule of none."""
+        """Raise OptionError where a row speaks of a clip that is not there; warn where a rule fits none.
+
+        A row names one clip, and a name that is nowhere is a mistake. A rule says what clips of a kind get, and a
+        folder may have none of that kind today.
+        """
         known = set(names)
         missing = [name for name in self.rows if name not in known]
         if missing:
@@ -99,7 +104,7 @@ class Recipe:
             raise OptionError(f"{len(missing)} clips of the recipe's table are not there: {some}")
         for rule in self.rules:
             if not any(fnmatchcase(name, rule.match) for name in names):
-                raise OptionError(f"no clip fits the recipe's pattern {rule.match!r}")
+                warnings.warn(f"no clip fits the recipe's pattern {rule.match!r}", RetimeWarning, stacklevel=2)
 
 
 def read_recipe(path: Path, base: Treatment) -> Recipe:
@@ -127,7 +132,8 @@ def read_recipe(path: Path, base: Treatment) -> Recipe:
         return Recipe(base, (), _rows(path))
     try:
         document = tomllib.loads(read_bytes(path).decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
+        # No TOML, no UTF-8, or a number of thousands of digits.
         raise FormatError(f"not a recipe (TOML): {error}", path=path) from None
     rules, table = document.pop("rule", []), document.pop("table", None)
     if not isinstance(rules, list) or not all(isinstance(rule, dict) for rule in rules):

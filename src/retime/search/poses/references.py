@@ -211,7 +211,7 @@ def model_poses(
     (`retime.motion.proportions`), so that a child and a giant in the same pose get the same numbers, whatever their
     units. Then only joints that all references share are compared. In heading space a Z-up reference is stood upright,
     and one that stays far above or below the input's floor is put on it. Channels of signals are matched by name, and
-    scaled by their standard deviation over all references together.
+    scaled by their standard deviation over all references together, the axes of points alike.
 
     The clips of a group are compared each with its counterpart, in its own space: how they stand to each other is not
     looked at. Lengths of a group are in the unit of its first clip, where units are known.

@@ -4,12 +4,17 @@ A linear channel is itself. An angle becomes its cosine and sine, so that the wa
 A rotation becomes the products of its quaternion's parts, which don't change with its sign. For small differences both
 distances are the angle between the two: of an angle in its own unit, of a rotation in radians. Labels, events, clocks
 and likelihoods are left out.
+
+``NAME.x``, ``NAME.y`` and ``NAME.z`` are a point, whose axes are one length: scaled each by its own spread, an axis
+along which nothing moves would count by its noise. Points with one unit, as the markers of a capture, are alike among
+themselves, and one that only trembles counts little.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -75,7 +80,8 @@ def signal_scales(signals: Sequence[Signal], options: PoseOptions) -> FloatArray
     Returns
     -------
     float array, shape (n_channels,)
-        A standard deviation, in the channel's own unit; of a rotation, for each of its columns, radians.
+        A standard deviation, in the channel's own unit; of a rotation, for each of its columns, radians; of a point,
+        for each of its axes, how far it is from its mean place, and that of points with one unit for all of them.
     """
     first = signals[0]
     # Row by row in memory: else sums, to the last bit, depend on how the arrays were made.
@@ -91,6 +97,10 @@ def signal_scales(signals: Sequence[Signal], options: PoseOptions) -> FloatArray
             turn = FULL_TURN.get(part.kind.unit, FULL_TURN["rad"])
             spread[list(part.columns)] = around * turn / FULL_TURN["rad"]
             unit[list(part.columns)] = turn
+    for points in points_alike(first.names, first.kinds):
+        columns = list(chain(*points))
+        unit[columns] = unit[columns].max()
+        spread[columns] = np.sqrt(np.square(spread[columns] / unit[columns]).sum() / len(points)) * unit[columns]
     # A constant such as 0.1 has a standard deviation above 0, by rounding alone.
     scales = np.where(options.scale_signals & (spread / unit > 1e-12), spread, 1.0)
     for part in _all_parts(first):
@@ -98,6 +108,39 @@ def signal_scales(signals: Sequence[Signal], options: PoseOptions) -> FloatArray
         if given:
             scales[list(part.columns)] = _one(given, part, first.names, "scale")
     return scales
+
+
+def points_alike(names: Sequence[str], kinds: Sequence[ChannelKind]) -> list[list[tuple[int, ...]]]:
+    """Find points among channels, and which of them share a scale.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the channels.
+    kinds : sequence of ChannelKind
+        What they hold. Two or three linear ones of one unit whose names end in .x, .y and .z are a point.
+
+    Returns
+    -------
+    list of list of tuple of int
+        The channels of each point; in one list those of one unit. Where nobody says the unit each is by itself, for
+        it may be a force as well as a place.
+
+    Examples
+    --------
+    >>> points_alike(["a.x", "b.x", "a.y", "b.y", "c.x"], [ChannelKind(unit="mm")] * 5)
+    [[(0, 2), (1, 3)]]
+    """
+    axes: dict[tuple[str, str], dict[str, int]] = {}
+    for place, (name, kind) in enumerate(zip(names, kinds, strict=True)):
+        stem, dot, axis = name.rpartition(".")
+        if dot and stem and axis in ("x", "y", "z") and kind.kind == "linear" and kind.weighs:
+            axes.setdefault((stem, kind.unit), {}).setdefault(axis, place)
+    found: dict[tuple[str, str], list[tuple[int, ...]]] = {}
+    for (stem, unit), places in axes.items():
+        if len(places) > 1:
+            found.setdefault(("" if unit else stem, unit), []).append(tuple(places[axis] for axis in sorted(places)))
+    return list(found.values())
 
 
 def signal_vectors(signal: Signal, options: PoseOptions, scales: FloatArray) -> FloatArray:

@@ -58,7 +58,8 @@ class PoseOptions:
         For channels of a signal what to divide them by, above 0.
     scale_signals : bool
         Divide the channels that are not named in `scales` by their standard deviation over the reference, so that
-        metres and degrees compare. A channel that is constant there is left as it is.
+        metres and degrees compare; the axes of a point (``NAME.x``, ``NAME.y``, ``NAME.z``) by one, and points of one
+        unit (markers) by one for all. A channel that is constant there is left as it is.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from pxr import Ts
+from pxr import Gf, Ts
 
 from retime.errors import FormatError, OptionError
 from retime.formats.curves.usd.animation import Span
@@ -17,6 +17,8 @@ from retime.warp.curve import Warp
 from retime.warp.cutting import CurveSegments, SegmentKind, cut_curve
 
 _KINDS = {Ts.InterpHeld: SegmentKind.STEP, Ts.InterpLinear: SegmentKind.LINEAR, Ts.InterpCurve: SegmentKind.CUBIC}
+# Loops may be short and the scene long.
+_MOST_KNOTS = 100_000
 _INTERPOLATIONS = {int(kind): interpolation for interpolation, kind in _KINDS.items()}
 
 
@@ -37,22 +39,22 @@ def cut_spline(spline: Any, warp: Warp, span: Span, where: str) -> Any:
     Raises
     ------
     FormatError
-        It loops, goes on beyond its ends, or has another form that can't be cut.
+        It has a form that can't be cut, or loops too often.
     """
-    knots = list(spline.GetKnots().values())
     refused = {
-        "loops": spline.HasLoops(),
         "is a Hermite curve": spline.GetCurveType() != Ts.CurveTypeBezier,
         "holds times": spline.IsTimeValued(),
         "is blocked in parts": spline.HasValueBlocks(),
         "has tangents longer than what they span": spline.HasRegressiveTangents(),
-        "goes on beyond its first or last knot": any(
-            one.mode != Ts.ExtrapHeld for one in (spline.GetPreExtrapolation(), spline.GetPostExtrapolation())
+        "shows nothing beyond its first or last knot": any(
+            one.mode == Ts.ExtrapValueBlock for one in (spline.GetPreExtrapolation(), spline.GetPostExtrapolation())
         ),
     }
     for what, is_so in refused.items():
         if is_so:
             raise FormatError(f"the spline {where} {what}: make time samples of it first, or give it a plain end")
+    shown = span.start + np.array([warp.input_times.min(), warp.input_times.max()]) * span.per_second
+    knots = _unrolled(spline, float(shown[0]), float(shown[1]), where)
     if len(knots) < 2:
         return spline
     try:
@@ -63,6 +65,42 @@ def cut_spline(spline: Any, warp: Warp, span: Span, where: str) -> Any:
     for knot in _knots(cut, spline.GetValueTypeName(), span):
         result.SetKnot(knot)
     return result
+
+
+def _unrolled(spline: Any, low: float, high: float, where: str) -> list[Any]:
+    """Write out what a spline shows from one time code to another: its knots, its loops, and lines beyond its ends."""
+    knots = list(spline.GetKnots().values())
+    if spline.HasLoops():
+        period = min(_periods(spline, knots), default=0.0)
+        if not period > 0 or (high - low) / period * len(knots) > _MOST_KNOTS:
+            raise FormatError(f"the spline {where} loops so often that it would have more than {_MOST_KNOTS} knots")
+        knots = list(spline.GetKnotsWithLoopsBaked(Gf.Interval(low, high)).values())
+    if not knots:
+        return knots
+    lines = (Ts.ExtrapLinear, Ts.ExtrapSloped)
+    if spline.GetPreExtrapolation().mode in lines and low < knots[0].GetTime():
+        knots.insert(0, _knot_of_line(spline, low))
+    if spline.GetPostExtrapolation().mode in lines and high > knots[-1].GetTime():
+        knots[-1].SetNextInterpolation(Ts.InterpLinear)
+        knots.append(_knot_of_line(spline, high))
+    return knots
+
+
+def _periods(spline: Any, knots: list[Any]) -> list[float]:
+    """Say how long the loops are, in time codes: that of the knots inside, and that beyond the ends."""
+    if not knots:
+        return []
+    found = [knots[-1].GetTime() - knots[0].GetTime()] if spline.HasExtrapolatingLoops() else []
+    inner = spline.GetInnerLoopParams()
+    if inner.numPreLoops > 0 or inner.numPostLoops > 0:
+        found.append(inner.protoEnd - inner.protoStart)
+    return found
+
+
+def _knot_of_line(spline: Any, code: float) -> Any:
+    knot = Ts.Knot(spline.GetValueTypeName(), time=code, value=spline.Eval(code))
+    knot.SetNextInterpolation(Ts.InterpLinear)
+    return knot
 
 
 def _curve(knots: list[Any], span: Span) -> CurveSegments:
