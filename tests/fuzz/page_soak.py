@@ -1,0 +1,100 @@
+"""A day at the page, in a browser: whether what it holds grows.
+
+    python -m tests.fuzz.page_soak --gestures 3000
+
+Keytimes are dragged, made and taken back, lengths are typed, frames are pointed at, the clip is played, help is opened.
+Every round of ten ends as it began. Of the page are told the bytes of its heap, its nodes and its listeners, each after
+garbage was collected. Needs node, the page and its npm packages (make page), and Chromium.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import retime
+
+WEB = Path(__file__).resolve().parents[2] / "web"
+# Gestures after which everything was opened once.
+SETTLED = 100
+# Of what it holds then, the most that it may grow by. Nodes and listeners are counted; the heap has what the browser
+# learns of the scripts, too, and a thousand steps of undo.
+MOST_NODES, MOST_LISTENERS, MOST_BYTES = 0.05, 0.02, 0.5
+
+
+@dataclass(frozen=True)
+class Held:
+    """What a page holds.
+
+    Attributes
+    ----------
+    number : int
+        Gestures so far.
+    bytes : int
+        Of the heap of its scripts.
+    nodes, listeners : int
+        How many there are.
+    """
+
+    number: int
+    bytes: int
+    nodes: int
+    listeners: int
+
+
+def soak(gestures: int, every: int, seed: int = 1, told: Callable[[Held], None] = lambda held: None) -> list[Held]:
+    """Edit so long, and return what the page held every so many gestures."""
+    found = []
+    with tempfile.TemporaryDirectory(prefix="retime-soak-") as name:
+        folder = Path(name).resolve()
+        (folder / "state").mkdir()
+        retime.write(retime.sample(), folder / "sample.bvh")
+        settings = {
+            **{"python": sys.executable, "clip": str(folder / "sample.bvh"), "folder": name, "seed": seed},
+            **{"state": str(folder / "state"), "gestures": gestures, "every": every},
+        }
+        command = ["node", "test/soak.mjs", json.dumps(settings)]
+        with subprocess.Popen(command, cwd=WEB, stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            for line in process.stdout:
+                value = json.loads(line)
+                if "errors" in value:
+                    assert value["errors"] == [], value["errors"]
+                else:
+                    found.append(Held(**value))
+                    told(found[-1])
+        assert process.returncode == 0, f"the browser's script ended with {process.returncode}"
+    return found
+
+
+def grown(held: list[Held], settled: int = SETTLED) -> dict[str, float]:
+    """Return by what share of what it held once settled each grew, at most."""
+    later = [one for one in held if one.number >= settled]
+    return {
+        what: max(getattr(one, what) for one in later) / getattr(later[0], what) - 1
+        for what in ("nodes", "listeners", "bytes")
+    }
+
+
+def main() -> int:
+    """Run from a shell."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--gestures", type=int, default=3000)
+    parser.add_argument("--every", type=int, default=100, help="gestures between two looks")
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    held = soak(given.gestures, given.every, given.seed, lambda one: print(one, flush=True))
+    shares = grown(held)
+    print(", ".join(f"{what} {share:+.1%}" for what, share in shares.items()), f"after {SETTLED} gestures")
+    most = {"nodes": MOST_NODES, "listeners": MOST_LISTENERS, "bytes": MOST_BYTES}
+    return int(any(shares[what] > most[what] for what in most))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
