@@ -145,10 +145,11 @@ docs: $(INSTALLED)  ## Make the generated files again, with tools/make_*.py
 # Python itself has none, so the checks' library comes first; what Python never frees is no leak of ours.
 SANITIZE := $(VENV)/sanitize
 SANITIZED ?= tests/kernels tests/formats/test_number_rows.py tests/formats/test_number_text.py tests/fuzz/test_number_rows_fuzz.py \
-	tests/formats/test_bvh_write.py tests/search/test_scores.py tests/search/test_path.py tests/search/test_priced_search.py tests/motion/test_kinematics.py
-# Numbers of text are read by one thread. NumPy's library of products has threads of its own, whose locks are not seen, as
-# it was built without checks: it is told to do without. What is found is printed as the process ends, past pytest (-s).
-THREADED ?= tests/kernels tests/search/test_scores.py tests/search/test_path.py tests/search/test_priced_search.py tests/motion/test_kinematics.py
+	tests/formats/test_bvh_write.py tests/formats/test_bvh_long.py tests/formats/test_files.py tests/search/test_scores.py tests/search/test_path.py tests/search/test_priced_search.py tests/motion/test_kinematics.py
+# NumPy's library of products has threads of its own, whose locks are not seen, as it was built without checks: it is
+# told to do without. What is found is printed as the process ends, past pytest (-s).
+THREADED ?= tests/kernels tests/formats/test_number_rows.py tests/formats/test_bvh_long.py tests/formats/test_files.py \
+	tests/search/test_scores.py tests/search/test_path.py tests/search/test_priced_search.py tests/motion/test_kinematics.py
 comma := ,
 LIBRARY = $$($${CXX:-c++} -print-file-name=lib$(1).so)
 # Which checks, and the folder of that build.

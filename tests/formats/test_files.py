@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import random
+import re
 import stat
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +19,7 @@ from retime.files import read_bytes, write_bytes
 from retime.formats import Limits, read
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.text_lines import Lines, without_byte_order_mark
+from retime.kernels import compiled_available, read_file
 
 POSIX = pytest.mark.skipif(os.name == "nt", reason="needs POSIX files")
 
@@ -25,6 +30,40 @@ def test_reading_up_to_the_limit(tmp_path: Path) -> None:
     assert read_bytes(path, 10) == b"x" * 10
     with pytest.raises(FormatError, match=r"the file has 10 bytes, the limit is 9 \(Limits\.file_bytes\)"):
         read_bytes(path, 9)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+@pytest.mark.parametrize("n_bytes", [(4 << 20) - 1, 4 << 20, (11 << 20) + 12_345])
+def test_a_long_file_is_read_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, n_bytes: int, threads: int) -> None:
+    monkeypatch.setenv("RETIME_THREADS", str(threads))
+    path = tmp_path / "data"
+    data = random.Random(n_bytes).randbytes(n_bytes)
+    path.write_bytes(data)
+    assert read_bytes(path) == data
+    assert read_bytes(path, n_bytes) == data
+    with pytest.raises(FormatError, match=rf"the file has {n_bytes} bytes, the limit is {n_bytes - 1} "):
+        read_bytes(path, n_bytes - 1)
+
+
+@pytest.mark.skipif(not compiled_available(), reason="the compiled kernels were not built")
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has these pages")
+def test_a_long_file_may_end_early_or_fail(tmp_path: Path) -> None:
+    """As one does that is cut while it is read, and one on a disk that fails."""
+    path = tmp_path / "data"
+    for n_bytes in (0, 1, 5 << 20):
+        data = random.Random(n_bytes).randbytes(n_bytes)
+        path.write_bytes(data)
+        with path.open("rb") as file:
+            for most in {max(0, n_bytes - 1), n_bytes, n_bytes + 1, n_bytes + (9 << 20)}:
+                assert read_file(file.fileno(), most) == data[:most]
+    with path.open("ab") as file, pytest.raises(OSError, match=re.escape(os.strerror(errno.EBADF))):
+        read_file(file.fileno(), 10)
+    folder = os.open(tmp_path, os.O_RDONLY)
+    try:
+        with pytest.raises(IsADirectoryError):
+            read_file(folder, 10)
+    finally:
+        os.close(folder)
 
 
 @POSIX

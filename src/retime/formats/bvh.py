@@ -31,7 +31,7 @@ from retime.formats.bvh_hierarchy import CHANNELS, parse_hierarchy
 from retime.formats.number_text import format_table
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import Lines, without_byte_order_mark, without_end_padding
-from retime.kernels import TurnedJoints, backend
+from retime.kernels import JointArrays, JointChannels, RowFormat, TurnedJoints, backend
 from retime.motion import rotation
 from retime.motion.any_motion import AnyMotion
 from retime.motion.euler import angle_between, fit_angles
@@ -96,7 +96,7 @@ def read(path: Path, data: bytes, options: ReadOptions) -> Motion:
         _warn(path, "the joint names are not UTF-8; read as Latin-1")
     skeleton = Skeleton(hierarchy.names, hierarchy.parents, np.array(hierarchy.offsets), hierarchy.end_sites)
     joints = _Joints(skeleton, _Layout(hierarchy.channels))
-    frames = parse_frames(lines, hierarchy, options, joints.take)
+    frames = parse_frames(lines, hierarchy, options, joints)
     rotations, translations, angles = joints.arrays()
     return Motion(
         skeleton,
@@ -114,6 +114,10 @@ class _Joints:
 
     def __init__(self, skeleton: Skeleton, layout: _Layout) -> None:
         self.skeleton, self.layout = skeleton, layout
+        threefold = tuple(turns.threefold for turns in layout.turns if turns.threefold is not None)
+        self.channels: JointChannels | None = None
+        if len(threefold) == len(layout.turns):
+            self.channels = JointChannels(threefold, layout.position_columns, layout.position_places, skeleton.offsets)
         self.n_frames = 0
         self.rotations, self.translations, self.angles = self._room(0)
 
@@ -141,6 +145,18 @@ class _Joints:
             radians = rotation.radians(turns.take(table))
             angles[:, turns.joints, : len(turns.order)] = radians
             rotations[:, turns.joints] = rotation.from_euler(turns.order, radians)
+
+    def take_text(self, text: bytes, start: int, piece_bytes: int, rows: RowFormat, most: int) -> tuple[int, int]:
+        """Take plain frames from a place of the text on, at most so many: returns how many, and their bytes."""
+        room = slice(self.n_frames, min(len(self.rotations), self.n_frames + most))
+        if self.channels is None or room.stop <= room.start:
+            return 0, 0
+        into = JointArrays(self.rotations[room], self.translations[room], self.angles[room])
+        found = backend(warn=False).read_joint_rows(text, start, piece_bytes, rows, self.channels, into)
+        if found is None:
+            return 0, 0
+        self.n_frames += found[0]
+        return found
 
     def arrays(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return rotations, translations and angles of the frames that came."""
@@ -205,8 +221,8 @@ class _Layout:
                     position_places.append(3 * joint + _AXIS[name[0]])
                 column += 1
         self.n_columns = column
-        self.position_columns = np.array(position_columns, dtype=np.intp)
-        self.position_places = np.array(position_places, dtype=np.intp)
+        self.position_columns = np.array(position_columns, dtype=np.int64)
+        self.position_places = np.array(position_places, dtype=np.int64)
         self.turns = [
             _Turns(order, _run(joints), _run(columns), _threefold(order, joints, columns))
             for order, (joints, columns) in turns.items()

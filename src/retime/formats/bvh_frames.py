@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from os import fspath
-from typing import NoReturn
+from typing import NoReturn, Protocol
 
 import numpy as np
 
@@ -26,14 +25,16 @@ from retime.formats.number_text import (
 )
 from retime.formats.read_options import ReadOptions
 from retime.formats.text_lines import LINE_END, Lines, count_line_ends
+from retime.kernels import RowFormat
 from retime.motion.rate import rate_from_frame_time, rate_meant_by
+from retime.motion.size import LARGEST
 
 _FRAMES = re.compile(rb"frames\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
 _FRAME_TIME = re.compile(rb"frame\s*time\s*:\s*(.*)", re.IGNORECASE | re.DOTALL)
 _CUT_NUMBER = re.compile(rb"[+-]?\.?|[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][+-]?")
 _REPAIR = "; --repair (repair=True) keeps what is there"
-# Bytes parsed at once: many rows, and little memory beside the table itself.
-_BLOCK = 1 << 21
+# Bytes parsed at once: many rows, whose numbers stay in the processor's cache.
+_BLOCK = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -55,15 +56,24 @@ class Frames:
     n_frames: int
 
 
-Take = Callable[[FloatArray, int], None]
-"""Takes some frames, shape (n, n_channels), degrees and length units; and about how many more will follow."""
+class Taker(Protocol):
+    """Takes frames as they are parsed."""
+
+    def take(self, table: FloatArray, more: int) -> None:
+        """Take frames, shape (n, n_channels), degrees and length units; about so many more will follow."""
+
+    def take_text(self, text: bytes, start: int, piece_bytes: int, rows: RowFormat, most: int) -> tuple[int, int]:
+        """Take plain frames from a place of the text on, at most so many: returns how many, and their bytes.
+
+        As `retime.kernels.Backend.read_joint_rows`; none where that can't be, or where there is no room.
+        """
 
 
-def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions, take: Take) -> Frames:
+def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions, taker: Taker) -> Frames:
     """Parse what follows the word MOTION.
 
-    Frames go to `take` as soon as they are parsed, some at a time: a long take's text, its table of numbers and what is
-    made of them need not lie in memory together.
+    Frames go to `taker` as soon as they are parsed, some at a time: a long take's table of numbers and what is made of
+    them need not lie in memory together.
 
     Raises
     ------
@@ -77,7 +87,7 @@ def parse_frames(lines: Lines, hierarchy: Hierarchy, options: ReadOptions, take:
         numbers that ran together were parted.
     """
     claimed = _frame_count(lines)
-    table = _Table(lines, hierarchy, options, claimed, take)
+    table = _Table(lines, hierarchy, options, claimed, taker)
     rate, frame_time = _frame_time(lines, options)
     table.parse()
     return Frames(rate, frame_time, table.n_frames)
@@ -147,9 +157,9 @@ class _Damage(Exception):
 class _Table:
     """The rows of numbers. A frame begins on a new line and may go on over several."""
 
-    def __init__(self, lines: Lines, hierarchy: Hierarchy, options: ReadOptions, claimed: int, take: Take) -> None:
+    def __init__(self, lines: Lines, hierarchy: Hierarchy, options: ReadOptions, claimed: int, taker: Taker) -> None:
         self.lines = lines
-        self.take = take
+        self.taker = taker
         self.hierarchy = hierarchy
         self.options = options
         self.limits = options.limits
@@ -193,9 +203,10 @@ class _Table:
                 f"{self.n_frames} frames of {n_joints} joints, the limit is {self.limits.joint_poses} poses of a "
                 "joint (Limits.joint_poses)"
             )
-        # Frames of one file are about as long as each other; what it claims may be anything.
+        # Lines of one file are about as long as each other, those of a pose at rest, in front, perhaps twice as long as
+        # the others; what it claims may be anything. Room that nothing comes to costs nothing.
         more = len(table) * self.left_bytes // max(1, self.block_bytes)
-        self.take(table, max(0, min(more + more // 64 + 1, self.claimed - self.n_frames)))
+        self.taker.take(table, max(0, min(2 * more + 1, self.claimed - self.n_frames)))
 
     def _fail(self, problem: str) -> NoReturn:
         self.lines.fail(f"Frames: {problem}", line=self.claim_line)
@@ -237,7 +248,15 @@ class _Table:
         data = self.lines.data
         position = self.lines.next_start
         self.line, self.counted = self.lines.number, position
+        is_plain = False
         while position < len(data):
+            if is_plain and not self.begun:
+                n_bytes = self._take_plain(position)
+                position += n_bytes
+                # A file that is not written so would be begun in vain again and again.
+                is_plain = n_bytes > 0
+                if position == len(data):
+                    break
             match = LINE_END.search(data, position + _BLOCK)
             stop = len(data) if match is None else match.end()
             text = data[position:stop]
@@ -249,6 +268,7 @@ class _Table:
             if table is not None:
                 self.n_frames += len(table)
                 self._taken(table)
+                is_plain = is_plain or position == self.lines.next_start
             else:
                 self._count_lines(position)
                 if len(text) > longest:
@@ -260,6 +280,15 @@ class _Table:
             position = stop
         if self.begun:
             raise self.glued or self._cut(len(self.begun))
+
+    def _take_plain(self, position: int) -> int:
+        """Have plain frames taken right from the text, as many as may be; return their bytes."""
+        limits, n_joints = self.limits, len(self.hierarchy.names)
+        most = min(limits.frames, limits.joint_poses // n_joints) - self.n_frames
+        rows = RowFormat(self.n_channels, "", self.options.decimal_comma, LARGEST, limits.line_bytes)
+        n_frames, n_bytes = self.taker.take_text(self.lines.data, position, _BLOCK, rows, most)
+        self.n_frames += n_frames
+        return n_bytes
 
     def _count_lines(self, position: int) -> None:
         self.line += count_line_ends(self.lines.data[self.counted : position])

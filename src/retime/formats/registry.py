@@ -463,11 +463,11 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: s
         clip = _module(known).read(path, _content(known, path, options), options)
     except MemoryError as error:
         raise FormatError("this machine has too little memory for what the file holds", path=path) from error
-    if is_compressed(path):
-        clip = replace(clip, name=plain_path(path).stem)
-    if not isinstance(clip, Motion):
-        return clip
-    return replace(clip, up=up or clip.up, root=root if root in clip.skeleton.names else None)
+    changed: dict[str, Any] = {"name": plain_path(path).stem} if is_compressed(path) else {}
+    if isinstance(clip, Motion):
+        changed |= {"up": up or clip.up, "root": root if root in clip.skeleton.names else None}
+    # A motion looks at all its numbers as it is made: not once more for nothing.
+    return replace(clip, **changed) if any(getattr(clip, name) != value for name, value in changed.items()) else clip
 
 
 def _content(known: Format, path: Path, options: ReadOptions) -> bytes:

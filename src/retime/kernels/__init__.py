@@ -99,6 +99,16 @@ class Backend(Protocol):
     def turn_joints(self, rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rotations: FloatArray) -> None:
         """Fill the angles (n_rows, n_joints, 3), radians, and the rotations (n_rows, n_joints, 4) of some joints."""
 
+    def read_joint_rows(
+        self, text: bytes, start: int, piece_bytes: int, rows: RowFormat, channels: JointChannels, into: JointArrays
+    ) -> tuple[int, int] | None:
+        """Read rows of channels, which blanks part, from a place of a text on, and turn and place joints by them.
+
+        Goes on as long as there is one row a line, as `read_rows` takes them, and room for it, in pieces that end
+        behind the first line feed after so many bytes. Returns how many rows came, and their bytes, of whole pieces;
+        what stands in the arrays behind them is anything. None where this backend has no such kernel.
+        """
+
     def pose_joints(
         self, joints: PosedJoints, rotations: FloatArray, translations: FloatArray, out: tuple[FloatArray, ...]
     ) -> None:
@@ -145,6 +155,49 @@ class TurnedJoints:
     joints: IntArray
     columns: IntArray
     many: float
+
+    __repr__ = brief_repr
+
+
+@dataclass(frozen=True, eq=False)
+class JointChannels:
+    """What a row of channels means for joints.
+
+    Attributes
+    ----------
+    turned : tuple of TurnedJoints
+        All joints, each in one of them; ``many`` is the same in all.
+    columns, places : int arrays, shape (n,)
+        Columns that are coordinates, and where each belongs among the (n_joints * 3) of a frame.
+    offsets : float array, shape (n_joints, 3)
+        The other coordinates, in every frame.
+    """
+
+    turned: tuple[TurnedJoints, ...]
+    columns: IntArray
+    places: IntArray
+    offsets: FloatArray
+
+    __repr__ = brief_repr
+
+
+@dataclass(frozen=True, eq=False)
+class JointArrays:
+    """Where joints go that are read: as many frames as there is room for.
+
+    Attributes
+    ----------
+    rotations : float array, shape (n_frames, n_joints, 4)
+        Quaternions.
+    translations : float array, shape (n_frames, n_joints, 3)
+        Coordinates in the parents' spaces.
+    angles : float array, shape (n_frames, n_joints, 3)
+        Radians, in the order of multiplication.
+    """
+
+    rotations: FloatArray
+    translations: FloatArray
+    angles: FloatArray
 
     __repr__ = brief_repr
 
@@ -356,6 +409,17 @@ def build_record() -> str:
     except ImportError:
         return "unknown"
     return str(record.KERNELS)
+
+
+def read_file(file: int, most: int) -> bytes | None:
+    """Read a long file that was opened, from its begin: `most` bytes, or as many as it has; raise OSError.
+
+    None without the compiled kernels, and where the system has no large pages to read into: as quick as any other way.
+    """
+    if not compiled_available():
+        return None
+    found: bytes | None = importlib.import_module("retime.kernels._kernels").read_file(file, most, n_threads())
+    return found
 
 
 def keep_freed_memory() -> None:

@@ -118,6 +118,26 @@ def read_rows(
     out: FloatArray,
     /,
 ) -> tuple[int, int, int]: ...
+def read_joint_rows(
+    text: bytes,
+    start: int,
+    piece_bytes: int,
+    n_columns: int,
+    decimal_comma: bool,
+    largest: float,
+    line_bytes: int,
+    turned: list[tuple[IntArray, IntArray, tuple[int, int, int], float]],
+    many: float,
+    columns: IntArray,
+    places: IntArray,
+    offsets: FloatArray,
+    n_threads: int,
+    angles: FloatArray,
+    quaternions: FloatArray,
+    translations: FloatArray,
+    /,
+) -> tuple[int, int]: ...
+def read_file(file: int, most: int, n_threads: int, /) -> bytes | None: ...
 def write_rows(rows: FloatArray, /) -> bytes: ...
 def three_turns(angles: FloatArray, axes: tuple[int, int, int], sign: float, quaternions: FloatArray, /) -> None: ...
 def turn_joints(

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from retime.arrays import FloatArray, IntArray
 from retime.kernels import (
     AveragedTurns,
+    JointArrays,
+    JointChannels,
     PathProblem,
     PosedJoints,
     PricedPath,
@@ -251,6 +253,18 @@ def turn_joints(rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rota
     """Turn joints by their channels; see `retime.kernels.Backend`."""
     told = turned.joints, turned.columns, *turn_axes(turned.order), turned.many
     _kernels.turn_joints(rows, *told, n_threads(), angles, rotations)
+
+
+def read_joint_rows(
+    text: bytes, start: int, piece_bytes: int, rows: RowFormat, channels: JointChannels, into: JointArrays
+) -> tuple[int, int]:
+    """Read rows of channels into joints; see `retime.kernels.Backend`."""
+    turned = [(each.joints, each.columns, *turn_axes(each.order)) for each in channels.turned]
+    many = max((each.many for each in channels.turned), default=0.0)
+    told = rows.n_columns, rows.decimal_comma, rows.largest, rows.line_bytes
+    placed = channels.columns, channels.places, channels.offsets
+    arrays = into.angles, into.rotations, into.translations
+    return _kernels.read_joint_rows(text, start, piece_bytes, *told, turned, many, *placed, n_threads(), *arrays)
 
 
 def pose_joints(

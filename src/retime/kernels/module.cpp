@@ -5,7 +5,9 @@
 
 #include "aligned_path.hpp"
 #include "averaged_turns.hpp"
+#include "file_bytes.hpp"
 #include "freed_memory.hpp"
+#include "joint_rows.hpp"
 #include "layered_path.hpp"
 #include "number_rows.hpp"
 #include "poses.hpp"
@@ -14,7 +16,9 @@
 #include "turns.hpp"
 #include "watch.hpp"
 
+#include <cerrno>
 #include <exception>
+#include <system_error>
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -180,6 +184,30 @@ NB_MODULE(_kernels, m) {
         return nb::make_tuple(read.n_rows, read.n_columns, read.n_bytes);
     });
 
+    m.def("read_joint_rows", [](nb::bytes text, size_t start, size_t piece_bytes, size_t n_columns, bool decimal_comma,
+                                double largest, size_t line_bytes, nb::list turned, double many, Integers columns,
+                                Integers places, Doubles offsets, int n_threads, Output angles, Output quaternions,
+                                Output translations) {
+        std::vector<Integers> held;
+        retime::JointChannels channels{{},           many,          columns.data(),  places.data(),
+                                       columns.shape(0), offsets.data(), offsets.shape(0)};
+        for (nb::handle each : turned) {
+            const auto told = nb::cast<nb::tuple>(each);
+            const auto joints = nb::cast<Integers>(told[0]), its_columns = nb::cast<Integers>(told[1]);
+            held.push_back(joints), held.push_back(its_columns);
+            channels.turned.push_back({joints.data(), its_columns.data(), joints.shape(0),
+                                       order_of(nb::cast<nb::tuple>(told[2]), nb::cast<double>(told[3]))});
+        }
+        const retime::RowFormat format{'\0', decimal_comma, largest, line_bytes};
+        const retime::JointArrays out{angles.data(), quaternions.data(), translations.data(), angles.shape(0)};
+        const char* const begin = text.c_str() + start;
+        const size_t n_bytes = text.size() - start;
+        const auto read = unlocked([&] {
+            return retime::read_joint_rows(begin, n_bytes, piece_bytes, n_columns, format, channels, out, n_threads);
+        });
+        return nb::make_tuple(read.n_rows, read.n_bytes);
+    });
+
     m.def("write_rows", [](Doubles rows) {
         const size_t n_rows = rows.shape(0), n_columns = rows.shape(1);
         std::vector<char> text(n_rows * n_columns * retime::kWrittenBytes);
@@ -221,6 +249,25 @@ NB_MODULE(_kernels, m) {
                                           least};
         unlocked(
             [&] { retime::average_turns(turns, rotations.data(), rotations.shape(0), n_threads, sampled.data()); });
+    });
+
+    m.def("read_file", [](int file, size_t most, int n_threads) -> nb::object {
+        if (!retime::kReadsFiles) return nb::none();
+        PyObject* bytes = PyBytes_FromStringAndSize(nullptr, static_cast<Py_ssize_t>(most));
+        if (bytes == nullptr) nb::raise_python_error();
+        nb::object owner = nb::steal(bytes);
+        size_t n_bytes = 0;
+        try {
+            char* const out = PyBytes_AS_STRING(bytes);
+            n_bytes = unlocked([&] { return retime::read_file(file, out, most, n_threads); });
+        } catch (const std::system_error& error) {
+            errno = error.code().value();
+            PyErr_SetFromErrno(PyExc_OSError);
+            nb::raise_python_error();
+        }
+        bytes = owner.release().ptr();
+        if (_PyBytes_Resize(&bytes, static_cast<Py_ssize_t>(n_bytes)) != 0) nb::raise_python_error();
+        return nb::steal(bytes);
     });
 
     m.def("keep_freed_memory", [] { retime::keep_freed_memory(); });

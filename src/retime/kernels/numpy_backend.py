@@ -15,6 +15,8 @@ import numpy as np
 from retime.arrays import FloatArray, IntArray
 from retime.kernels import (
     AveragedTurns,
+    JointArrays,
+    JointChannels,
     PathProblem,
     PosedJoints,
     PricedPath,
@@ -560,6 +562,13 @@ def turn_joints(rows: FloatArray, turned: TurnedJoints, angles: FloatArray, rota
     angles[:, turned.joints] = radians
     turns = three_turns(turned.order, radians.reshape(-1, 3))
     rotations[:, turned.joints] = turns.reshape(*radians.shape[:2], 4)
+
+
+def read_joint_rows(
+    text: bytes, start: int, piece_bytes: int, rows: RowFormat, channels: JointChannels, into: JointArrays
+) -> tuple[int, int] | None:
+    """Leave it to `read_rows` and `turn_joints`; see `retime.kernels.Backend`."""
+    return None
 
 
 def pose_joints(

@@ -151,15 +151,17 @@ class Motion:
             raise InvalidMotionError(
                 f"expected translations of shape ({len(rotations)}, {n_joints}, 3), found {translations.shape}"
             )
-        # Any length will do, for they are scaled to unit length below.
-        self._refuse_unbounded("rotation", rotations, np.finfo(np.float64).max)
+        # Any length will do, for they are scaled to unit length below; one that has it has no number out of bounds.
+        shortest, longest = backend(warn=False).squared_lengths(np.ascontiguousarray(rotations))
+        are_unit = shortest >= 1.0 - 2e-12 and longest <= 1.0 + 2e-12
+        if not are_unit:
+            self._refuse_unbounded("rotation", rotations, np.finfo(np.float64).max)
         self._refuse_unbounded("translation", translations)
         if self.up not in UPS:
             raise InvalidMotionError(f"the vertical axis must be one of {', '.join(UPS)}; found {self.up!r}")
         if self.root is not None:
             body_joint(self)
-        shortest, longest = backend(warn=False).squared_lengths(np.ascontiguousarray(rotations))
-        if not (shortest >= 1.0 - 2e-12 and longest <= 1.0 + 2e-12):
+        if not are_unit:
             zero = ~np.any(rotations, axis=-1)
             if np.any(zero):
                 frame, joint = (int(i) for i in np.argwhere(zero)[0])
