@@ -15,8 +15,8 @@
 // + G > Phi + gap. Invariant: a label holds the least cost of any path to its vertex in its position that was not ruled
 // out. It is the value of the layered recurrence, computed by the same additions, so totals and ties agree with it to
 // the last bit. If labels reach the end within the gap, the best of them is optimal; else the gap widens. All of the
-// vertices survive at worst (scores all equal): then it gives up before memory does, and the caller runs the layered
-// recurrence.
+// vertices survive at worst (scores nearly all equal): then it gives up before memory does, and the caller runs the
+// layered recurrence. Where all scores are equal, as of a clip in which nothing moves, there is nothing to search.
 
 #include "priced_path.hpp"
 
@@ -475,6 +475,66 @@ RETIME_VERSIONS(Pass, carry_labels,
                  size_t max_bytes),
                 (p, price, corridor, ceiling, max_bytes))
 
+// Whether all triples within the clip have one score, and all steps at an end one cost: which it is goes to `score`.
+bool is_flat(const PathProblem& p, double& score) {
+    const Steps& steps = p.steps;
+    const auto n = static_cast<int64_t>(steps.n), n_input = static_cast<int64_t>(p.n_input);
+    for (int64_t b = 1; b < n; ++b)
+        if (p.start_cost[b] != p.start_cost[0] || p.end_cost[b] != p.end_cost[0]) return false;
+    bool is_first = true;
+    for (int64_t j = 1; j < n_input - 1; ++j) {
+        const double* const f = p.scores + j * static_cast<int64_t>(steps.n_pairs);
+        const int64_t n_in = steps.up_to(j), n_out = steps.up_to(n_input - 1 - j);
+        for (int64_t a = 0; a < n_in; ++a)
+            for (int64_t b = steps.first[a]; b < std::min(steps.end[a], n_out); ++b) {
+                const double here = f[steps.row[a] + b];
+                if (is_first) score = here, is_first = false;
+                if (here != score) return false;
+            }
+    }
+    return std::abs(score) < kInf && std::abs(p.start_cost[0]) < kInf && std::abs(p.end_cost[0]) < kInf;
+}
+
+// The best path where all of one length cost the same: of those, which have each the steps that they may have, the one
+// whose last step is the smallest, then the step before it, and so on. False where it takes a search.
+bool flat_path(const PathProblem& p, Path& path) {
+    const Steps& steps = p.steps;
+    const int64_t shortest = steps.shortest, longest = steps.longest;
+    // Any sum of so many steps from the shortest to the longest can be had, whichever came before.
+    if (steps.n_pairs != steps.n * steps.n || longest - shortest + 1 != static_cast<int64_t>(steps.n)) return false;
+    std::vector<Anchor> anchors = p.anchors;
+    const Anchor& before_last = anchors[anchors.size() - 2];
+    const int64_t ahead = anchors.back().frame - before_last.frame;
+    int64_t& last = anchors.back().position;
+    last = std::max(last, before_last.position + (ahead + longest - 1) / longest);
+    if (last > p.last_position_max) return false;
+    for (size_t span = 0; span + 1 < anchors.size(); ++span) {
+        const int64_t n_steps = anchors[span + 1].position - anchors[span].position;
+        const int64_t frames = anchors[span + 1].frame - anchors[span].frame;
+        if (n_steps < 1 || n_steps * shortest > frames || n_steps * longest < frames) return false;
+    }
+    double score = 0.0;
+    // Of several lengths the shortest is the cheapest, unless a frame more is a gain.
+    if (!is_flat(p, score) || (score < 0.0 && last < p.last_position_max)) return false;
+    // By the additions of the recurrence.
+    double total = p.start_cost[0];
+    for (int64_t q = 1; q < last; ++q) total += score;
+    total += p.end_cost[0];
+    if (!(total < kInf)) return false;
+    path.found = true, path.total = total;
+    path.frames.assign(static_cast<size_t>(last + 1), 0);
+    for (size_t span = anchors.size() - 1; span-- > 0;) {
+        const int64_t from = anchors[span].frame;
+        int64_t frame = anchors[span + 1].frame;
+        for (int64_t q = anchors[span + 1].position; q > anchors[span].position; --q) {
+            path.frames[q] = frame;
+            const int64_t left = q - anchors[span].position - 1;
+            frame -= std::max(shortest, frame - from - left * longest);
+        }
+    }
+    return true;
+}
+
 // The sum of the sizes of all terms in a sweep's best path: rounding is a share of it.
 double sum_of_sizes(const std::vector<double>& price, const Sweep& sweep) {
     double size = std::abs(sweep.priced);
@@ -488,6 +548,10 @@ double sum_of_sizes(const std::vector<double>& price, const Sweep& sweep) {
 PricedPath priced_path(const PathProblem& p, size_t max_bytes) {
     const size_t count = p.anchors.size() - 1;
     PricedPath result;
+    if (flat_path(p, result.path)) {
+        result.lower_bound = result.path.total;
+        return result;
+    }
 
     // What each span must have, at least and at most; they differ in the last one only, where the length is a range.
     std::vector<int64_t> least(count), most(count);
