@@ -40,7 +40,7 @@ MAY_IMPORT = {
     # Turns of joints are computed by the kernels, which know nothing of motions.
     "motion": {"kernels"},
     "kernels": set(),
-    "files": {"kernels"},
+    "files": set(),
     # A saved warp is a file; no other of its modules opens one. Averages over windows are computed by the kernels.
     "warp": {"motion", "files", "kernels"},
     "search": {"motion", "warp", "kernels"},

@@ -9,7 +9,7 @@ import re
 import secrets
 import stat
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
@@ -23,16 +23,29 @@ MOST_BYTES = 1 << 30
 _BESIDE = re.compile(r"\.retime-[0-9a-f]{16}\.tmp")
 # Seconds since the last byte was written, before a file that nobody holds is taken for a dead writer's.
 _LEFT_ALONE = 600.0
-# Bytes from which on large pages pay.
-_LONG_FILE = 1 << 22
 _read_here: ContextVar[list[Path] | None] = ContextVar("_read_here", default=None)
 _written_here: ContextVar[list[Path] | None] = ContextVar("_written_here", default=None)
 # Folders that were looked at in this run.
 _tidied: set[Path] = set()
 
 
-def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
+def _contents(file: BinaryIO, most: int) -> bytes:
+    return file.read(most)
+
+
+def read_bytes(
+    path: str | PathLike[str], most: int = MOST_BYTES, *, contents: Callable[[BinaryIO, int], bytes] = _contents
+) -> bytes:
     """Read a file of at most `most` bytes.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    most : int
+        The limit.
+    contents : callable
+        Reads a file from its begin: so many bytes, or as many as it has.
 
     Raises
     ------
@@ -50,24 +63,13 @@ def read_bytes(path: str | PathLike[str], most: int = MOST_BYTES) -> bytes:
         raise FormatError("this is not a regular file", path=path)
     with path.open("rb") as file:
         # One byte more than it had a moment ago: the buffer is made before the reading, and the file may grow.
-        data = _contents(file, min(status.st_size, most) + 1)
+        data = contents(file, min(status.st_size, most) + 1)
     if len(data) > most:
         raise FormatError(
             f"the file has {max(status.st_size, len(data))} bytes, the limit is {most} (Limits.file_bytes)",
             path=path,
         )
     return data
-
-
-def _contents(file: BinaryIO, most: int) -> bytes:
-    """Read a file from its begin: `most` bytes, or as many as it has."""
-    if most > _LONG_FILE:
-        from retime.kernels import read_file
-
-        data = read_file(file.fileno(), most)
-        if data is not None:
-            return data
-    return file.read(most)
 
 
 def note_read(path: Path) -> None:

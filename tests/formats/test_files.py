@@ -17,6 +17,7 @@ from retime import files as files_module
 from retime.errors import FormatError, OptionError, OutputExistsError
 from retime.files import read_bytes, write_bytes
 from retime.formats import Limits, read
+from retime.formats.compressed import read_plain
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.text_lines import Lines, without_byte_order_mark
 from retime.kernels import compiled_available, read_file
@@ -39,10 +40,10 @@ def test_a_long_file_is_read_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     path = tmp_path / "data"
     data = random.Random(n_bytes).randbytes(n_bytes)
     path.write_bytes(data)
-    assert read_bytes(path) == data
-    assert read_bytes(path, n_bytes) == data
+    assert read_plain(path, Limits()) == data
+    assert read_plain(path, Limits(file_bytes=n_bytes)) == data
     with pytest.raises(FormatError, match=rf"the file has {n_bytes} bytes, the limit is {n_bytes - 1} "):
-        read_bytes(path, n_bytes - 1)
+        read_plain(path, Limits(file_bytes=n_bytes - 1))
 
 
 @pytest.mark.skipif(not compiled_available(), reason="the compiled kernels were not built")

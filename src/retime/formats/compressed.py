@@ -18,6 +18,7 @@ from typing import BinaryIO
 from retime.errors import FormatError, FormatWarning
 from retime.files import read_bytes
 from retime.formats.read_options import Limits
+from retime.kernels import read_file
 
 _OPENERS: dict[str, Callable[[BytesIO], BinaryIO]] = {
     ".gz": lambda file: gzip.GzipFile(fileobj=file),  # type: ignore[dict-item, return-value]
@@ -29,6 +30,8 @@ _PACKERS = {".gz": "gzip", ".bz2": "bzip2"}
 _PIECE_BYTES = 1 << 20
 # A small file may be all alike, and so compress well past the ratio; only a large one can hurt.
 _SMALL_BYTES = 1 << 20
+# Bytes from which on large pages pay.
+_LONG_FILE = 1 << 22
 
 
 def is_compressed(path: str | PathLike[str]) -> bool:
@@ -60,6 +63,12 @@ def refuse_compressed(path: str | PathLike[str]) -> None:
         )
 
 
+def _contents(file: BinaryIO, most: int) -> bytes:
+    """Read a file from its begin: so many bytes, or as many as it has."""
+    data = read_file(file.fileno(), most) if most > _LONG_FILE else None
+    return file.read(most) if data is None else data
+
+
 def read_plain(path: Path, limits: Limits, *, repair: bool = False) -> bytes:
     """Read a file, unpacked where its name says that it is compressed.
 
@@ -84,7 +93,7 @@ def read_plain(path: Path, limits: Limits, *, repair: bool = False) -> bytes:
     FormatWarning
         It is damaged, and this is what came before.
     """
-    data = read_bytes(path, limits.file_bytes)
+    data = read_bytes(path, limits.file_bytes, contents=_contents)
     if not is_compressed(path):
         return data
     if not data:
