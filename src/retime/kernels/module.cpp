@@ -189,8 +189,8 @@ NB_MODULE(_kernels, m) {
                                 Integers places, Doubles offsets, int n_threads, Output angles, Output quaternions,
                                 Output translations) {
         std::vector<Integers> held;
-        retime::JointChannels channels{{},           many,          columns.data(),  places.data(),
-                                       columns.shape(0), offsets.data(), offsets.shape(0)};
+        retime::JointChannels channels{
+            {}, many, columns.data(), places.data(), columns.shape(0), offsets.data(), offsets.shape(0)};
         for (nb::handle each : turned) {
             const auto told = nb::cast<nb::tuple>(each);
             const auto joints = nb::cast<Integers>(told[0]), its_columns = nb::cast<Integers>(told[1]);
