@@ -11,6 +11,7 @@ import pytest
 
 from retime.errors import OptionError, RetimeError, RetimeWarning
 from retime.motion.signal import Signal
+from retime.search.align import align
 from retime.search.guided import guided_warp
 
 
@@ -61,6 +62,16 @@ def test_limits_are_moved_by_the_environment(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("RETIME_MOST_SECONDS", "0.000001")
     with pytest.raises(OptionError, match=r"the limit is 1e-06 seconds \(RETIME_MOST_SECONDS=SECONDS"):
         guided_warp(clip(), length="50%")
+
+
+def test_the_memory_of_keeping_in_step_is_estimated_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A narrow clock and wide speed limits: 171 steps, and so 30,000 pairs of them, for each of 1,761 frames."""
+    wave = np.sin(np.arange(177) / 9)[:, None]
+    asked: dict[str, Any] = {"speed": (0.1, 17.1), "upsample": 10, "rate": 24}
+    monkeypatch.setenv("RETIME_MOST_MEMORY", "0.5")
+    with pytest.raises(OptionError, match=r"in step with 2\d frames of reference would take about 0\.\d+ GB of memory"):
+        align(wave, wave[:29], **asked)
+    assert align(wave, wave[:29], **(asked | {"upsample": 2, "speed": (0.5, 8)})).path.optimal
 
 
 def test_a_loop_through_many_steps_counts_each_of_them(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -247,6 +247,8 @@ class AlignSession(Session):
             what=f"keeping {len(poses):,} frames in {steps.n_pairs} pairs of steps in step with "
             f"{len(model.features):,} frames of reference",
             remedy=SHORTER,
+            # Prices, and the costs of one position at least.
+            n_bytes=8.0 * 2 * len(poses) * steps.n_pairs,
             seconds=len(self._reference_tracks)
             * align_seconds(plan.anchors, steps.longest, steps.n_pairs, model.n_numbers, n_threads()),
         )

@@ -36,7 +36,8 @@ def aligned_path(
     model : Model
         The reference at the clock of the output: row p - 1 is its frame p. It has n_output - 2 rows.
     prices : float array, shape (n_input, n_pairs)
-        Added to the distances of triples; ``inf`` forbids one.
+        Added to the distances of triples; ``inf`` forbids one. Those of triples that leave the input are set to that:
+        the array may be large, so it is changed in place.
     steps : StepPairs
         The steps that the path may take, and which may follow which.
     anchors : sequence of (int, int)
@@ -59,10 +60,10 @@ def aligned_path(
         Every path takes a step that is forbidden.
     """
     # What lies outside the input is no triple, whatever its price.
-    prices = prices.copy()
-    at = np.arange(len(prices))[:, None]
     lengths = steps.steps
-    prices[(at < lengths[steps.before]) | (at + lengths[steps.after] >= len(prices))] = np.inf
+    for j in range(min(steps.longest, len(prices))):
+        prices[j, lengths[steps.before] > j] = np.inf
+        prices[-1 - j, lengths[steps.after] > j] = np.inf
     positions, frames = (np.array(column, dtype=np.int64) for column in zip(*anchors, strict=True))
     problem = PathProblem(prices, steps, positions, frames, int(positions[-1]), start_cost, end_cost)
     found = (use or backend()).aligned_path(
