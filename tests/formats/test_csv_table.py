@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from retime.errors import FormatError, FormatWarning, OptionError, OutputExistsError
-from retime.formats import Limits, csv_table, read, write
+from retime.formats import Limits, read, write
+from retime.formats.tables import table_rows
 from retime.motion.motion import Motion
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
@@ -283,7 +284,7 @@ def test_repair_keeps_the_rows_before_the_damage() -> None:
 
 
 def test_a_long_table_is_read_in_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(csv_table, "_PIECE_BYTES", 500)
+    monkeypatch.setattr(table_rows, "PIECE_BYTES", 500)
     rows = [f"{i / 100:.2f},{i},{'x' if i == 2500 else 1}.5\n" for i in range(3000)]
     text = "t,a,b\n" + "".join(rows)
     with pytest.raises(FormatError, match=r"table\.csv:2502: column 'b': expected a number, found 'x\.5'"):
