@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,6 +21,21 @@ _LOST = {
     "S": "bytes",
     "V": "records: pass one array of numbers (numpy.lib.recfunctions.structured_to_unstructured)",
 }
+
+
+def doubles(values: NDArray[Any]) -> FloatArray:
+    """Make doubles of numbers as a file holds them; what is no number stays none, and is the caller's to refuse.
+
+    NumPy warns of a signalling NaN, which a damaged file may hold, as it makes it a double or reckons with it.
+
+    Examples
+    --------
+    >>> doubles(np.array([1.5, np.nan], dtype=np.float32)).tolist()
+    [1.5, nan]
+    """
+    with np.errstate(invalid="ignore"):
+        # Doubles too: a product with 1 is the same number, and a NaN that is quiet.
+        return np.multiply(values, 1.0, dtype=np.float64) if values.dtype.kind == "f" else values.astype(np.float64)
 
 
 def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidMotionError) -> FloatArray:
@@ -51,7 +68,7 @@ def as_real(values: ArrayLike, what: str, *, error: type[RetimeError] = InvalidM
             # NumPy would make a NaN of it.
             raise TypeError("None is not a number")
         if (lost := _LOST.get(array.dtype.kind)) is None:
-            return np.asarray(array, dtype=np.float64)
+            return array if array.dtype == np.float64 else doubles(array)
     except (TypeError, ValueError) as problem:
         raise error(f"{what} must be an array of real numbers: {problem}") from None
     raise error(f"{what} must be real numbers; found {lost}")

@@ -243,6 +243,13 @@ def test_damage_is_named(change: dict[str, Any], message: str) -> None:
         amass.read(PATH, npz(body() | change), PLAIN)
 
 
+def test_poses_alone_tell_no_body() -> None:
+    data = npz({"poses": body()["poses"]})
+    assert not amass.claims(io.BytesIO(data))
+    with pytest.raises(FormatError, match="tells no body: it has none of trans"):
+        amass.read(PATH, data, PLAIN)
+
+
 def test_limits_and_rates() -> None:
     members = body()
     del members["mocap_framerate"]

@@ -12,7 +12,7 @@ import struct
 import warnings
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from io import BytesIO
@@ -83,7 +83,7 @@ def claims(file: BinaryIO) -> bool:
         with zipfile.ZipFile(file) as archive:
             names = {name.removesuffix(".npy"): name for name in archive.namelist()}
             poses = next((name for name in _POSES if name in names), None)
-            if poses is None or not any(name in names for name in _TELLING):
+            if poses is None or not _tell_a_body(names):
                 return False
             with archive.open(names[poses]) as member:
                 shape = header_shape(member.read(_HEAD_BYTES))
@@ -91,6 +91,10 @@ def claims(file: BinaryIO) -> bool:
         # The reader of arrays will say what is wrong.
         return False
     return shape is not None and _n_joints(shape) in BODIES
+
+
+def _tell_a_body(names: Iterable[str]) -> bool:
+    return not set(_TELLING).isdisjoint(names)
 
 
 def _n_joints(shape: tuple[int, ...]) -> int:
@@ -139,6 +143,8 @@ def _parse(path: Path, data: bytes, options: ReadOptions) -> _Archive:
                 # What is no plain array (Python objects, records) is kept as it is; poses must be one.
                 if name in (*_POSES, *_PLACES, *RATES):
                     raise
+    if not _tell_a_body(member.filename.removesuffix(".npy") for member, _ in members):
+        raise FormatError(f"the archive tells no body: it has none of {', '.join(_TELLING)}", path=path)
     return _Archive(members, arrays)
 
 

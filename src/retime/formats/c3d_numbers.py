@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retime.arrays import FloatArray
+from retime.arrays import FloatArray, doubles
 
 INTEL, DEC, SGI = 84, 85, 86
 MACHINES = {INTEL: "Intel", DEC: "DEC", SGI: "SGI"}
@@ -54,9 +54,7 @@ class Numbers:
         [1.0, -2.5]
         """
         if self.machine != DEC:
-            # A signalling NaN would warn as it is made a double.
-            with np.errstate(invalid="ignore"):
-                return np.frombuffer(data, dtype=f"{self.order}f4").astype(np.float64)
+            return doubles(np.frombuffer(data, dtype=f"{self.order}f4"))
         bits = _swapped(np.frombuffer(data, dtype="<u4"))
         exponent = (bits >> 23 & 0xFF).astype(np.int64)
         fraction = ((bits & 0x7FFFFF) | 0x800000).astype(np.float64) / (1 << 24)

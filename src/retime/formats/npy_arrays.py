@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retime.arrays import FloatArray
+from retime.arrays import FloatArray, doubles
 from retime.brief import brief_repr
 from retime.errors import FormatError, FormatWarning, OptionError
 from retime.formats.read_options import Limits, ReadOptions
@@ -167,10 +167,8 @@ def floats_of(path: Path, what: str, array: StoredArray) -> FloatArray:
         largest = max(int(raw.max()), -int(raw.min()))
         if largest > 2**53:
             raise FormatError(f"{what} holds {largest}, more than 2**53, which a double can't hold exactly", path=path)
-    # A signalling NaN would warn; it is refused with its frame and channel later.
-    with np.errstate(invalid="ignore"):
-        doubles: FloatArray = raw.astype(np.float64)
-    return doubles.reshape(array.shape, order="F" if array.fortran else "C")
+    # What is no number is refused with its frame and channel later.
+    return doubles(raw).reshape(array.shape, order="F" if array.fortran else "C")
 
 
 def texts_of(path: Path, what: str, array: StoredArray) -> list[str]:

@@ -601,6 +601,12 @@ BROKEN = {
         "before the one in front",
     ),
     "a number that is none": (lambda: one_curve(track([0.0, 1.0], [0.0, np.inf], LINEAR)).binary(), "not finite"),
+    "a signalling NaN": (
+        lambda: _edited(
+            one_curve(track([0.0, 1.0], [0.0, 0.625], LINEAR)).binary(), struct.pack("<f", 0.625), b"\1\0\x80\x7f"
+        ),
+        "not finite",
+    ),
     "another number in text": (
         lambda: _edited(one_curve(track([0.0, 1.0], [0.5, 1.0], LINEAR)).ascii(), b"a: 0.5,", b"a: 0_5,"),
         "no number",

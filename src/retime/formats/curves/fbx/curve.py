@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from retime.arrays import BoolArray, FloatArray, IntArray
+from retime.arrays import BoolArray, FloatArray, IntArray, doubles
 from retime.brief import brief_repr
 from retime.errors import FormatError
 from retime.formats.curves.fbx.file import FbxFile, Record
@@ -139,7 +139,7 @@ def read_curves(file: FbxFile, items: list[Item], ticks_a_second: int) -> tuple[
     keys = Keys(
         n_keys,
         np.concatenate([one[0] for one in columns]),
-        np.concatenate([one[1] for one in columns]).astype(np.float64),
+        doubles(np.concatenate([one[1] for one in columns])),
         np.repeat(np.concatenate([one[2] for one in columns]).astype(np.int64) & 0xFFFFFFFF, runs),
         np.repeat(np.concatenate([one[3] for one in columns]).reshape(-1, 4), runs, axis=0),
     )
@@ -227,7 +227,7 @@ def resolved(keys: Keys, ticks_a_second: int) -> Slopes:
     """Find every key's slopes and weights, whatever its mode is."""
     n = len(keys.ticks)
     flags, values = keys.flags, keys.values
-    numbers = keys.data.view(np.float32).astype(np.float64)
+    numbers = doubles(keys.data.view(np.float32))
     numbers = np.where(np.abs(numbers) <= _LARGEST, numbers, 0.0)
     first, last = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     first[keys.starts[:-1]], last[keys.starts[1:] - 1] = True, True

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from retime.arrays import FloatArray
+from retime.arrays import FloatArray, doubles
 from retime.formats.curves.fbx.file import Record
 from retime.formats.curves.fbx.motion import Sampled, parent_of
 from retime.formats.curves.fbx.scene import FbxScene, Item
@@ -110,7 +110,7 @@ def _part(scene: FbxScene, item: Item, name: str) -> Record:
 
 
 def _array(scene: FbxScene, item: Item, name: str, size: int | None = None) -> FloatArray:
-    found = scene.file.array(_part(scene, item, name), "dfil").astype(np.float64)
+    found = doubles(scene.file.array(_part(scene, item, name), "dfil"))
     if not np.isfinite(found).all() or np.abs(found).max(initial=0) > 1e30:
         raise scene.file.error(f"{name} holds a number that is beyond use", item.record)
     if size is not None and len(found) != size:

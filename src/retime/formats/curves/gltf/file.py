@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from retime.arrays import FloatArray
+from retime.arrays import FloatArray, doubles
 from retime.errors import FormatError
 from retime.files import read_bytes
 from retime.formats.file_signatures import foreign_kind
@@ -155,9 +155,7 @@ class GltfFile:
         if item.get("normalized") and values.dtype.kind in "iu":
             largest = np.iinfo(values.dtype).max
             return np.asarray(np.maximum(values.astype(np.float64) / largest, -1.0))
-        with np.errstate(invalid="ignore"):
-            # What is no number is refused below, of whichever kind it is.
-            floats = values.astype(np.float64)
+        floats = doubles(values)
         if not np.isfinite(floats).all():
             raise self.error(f"{where} holds a number that is not finite")
         return floats
