@@ -39,6 +39,7 @@ STEPS = (
     (f"{PACKAGE}/search/options.py", ")\n\nBY_NAME", DECLARATION),
     (f"{PACKAGE}/search/guided.py", ") -> GuidedWarp:", "    dummy_weight: float = 0.5,\n"),
     (f"{PACKAGE}/search/guided.py", "\n    Returns\n", "    dummy_weight : float\n        How much a dummy weighs.\n"),
+    (f"{PACKAGE}/search/session.py", "from retime.errors import", "from retime.errors import OptionError\n"),
     (
         f"{PACKAGE}/search/session.py",
         "        request = self._request(keys, locks, chosen)\n        with",

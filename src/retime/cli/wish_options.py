@@ -188,7 +188,7 @@ class WishOptions:
         if not self.flown and not self.grounded:
             return None
         from retime.motion.flights import corrected_flights
-        from retime.search.session import flights_of
+        from retime.search.wishes.tempo import flights_of
 
         rate = clips[0].rate
         return corrected_flights(

@@ -25,8 +25,9 @@ from retime.search.align import AlignSession
 from retime.search.imitate import imitate
 from retime.search.joined import joined_warp
 from retime.search.result import GuidedWarp
-from retime.search.session import Session, flights_of
+from retime.search.session import Session
 from retime.search.wishes.locks import Lock
+from retime.search.wishes.tempo import flights_of
 from retime.warp.curve import Warp
 from retime.warp.spline import linear_warp, spline_warp
 

@@ -20,6 +20,7 @@ from retime.motion.any_motion import AnyMotion
 from retime.motion.contacts import runs
 from retime.search import options
 from retime.search.estimate import align_seconds, check_fits
+from retime.search.finished_curve import finish_curve
 from retime.search.keytimes import asking_for_a_share
 from retime.search.methods.align import aligned_path
 from retime.search.path import FramePath
@@ -28,7 +29,8 @@ from retime.search.poses.references import PoseTracks, Reference
 from retime.search.poses.spaces import PoseOptions, PoseSpace, Track
 from retime.search.result import GuidedWarp
 from retime.search.score import Model, build_model, check_table, distances_to
-from retime.search.session import Clock, Session
+from retime.search.session import Session
+from retime.search.stage_clock import StageClock
 from retime.search.wishes.allowed import end_costs, forbid
 from retime.search.wishes.locks import Lock
 from retime.search.wishes.prices import add_smoothness
@@ -193,7 +195,7 @@ class AlignSession(Session):
         InfeasibleWarpError, OptionError
             As `align`.
         """
-        clock = Clock()
+        clock = StageClock()
         options.refuse_unknown(given, SOLVE)
         chosen = options.completed("solve", given | {"length": f"{self.length}f", **_NO_TEMPO})
         request = self._request(keys, locks, chosen)
@@ -208,7 +210,7 @@ class AlignSession(Session):
         path = paths[best]
         reduction = plan.finished(path.frames)
         seconds["path"] = clock.lap()
-        curve = self._curve(plan, reduction, path, chosen)
+        curve = finish_curve(plan, reduction, path, chosen, analysis_rate=self.rate, tempo=None)
         seconds["curve"] = clock.lap()
         return GuidedWarp(
             warp=replace(curve.warp, method="align"),

@@ -17,13 +17,19 @@ import numpy as np
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
 from retime.kernels import StepPairs
+from retime.motion.any_motion import AnyMotion
+from retime.motion.body import is_rigid
 from retime.motion.flights import within
+from retime.motion.motion import Motion
 from retime.search.reduction import Reduction
 
 # Seconds over which movement is averaged: longer than the sway of standing, shorter than half a stride.
 _WINDOW = 0.3
 # Of the clip's own movement (root mean square): what moves at this share of it is half way between idle and moving.
 _IDLE = 0.3
+# Weights of the price on tempo, by docs/study: how evenly moving parts share a hurry, for a figure that moves like
+# itself and for one that moves like another; and how strongly flights keep their own speed.
+_EVENNESS, _EVENNESS_OF_ANOTHER, _KEEP_FLIGHTS = 4.0, 0.1, 24.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +62,40 @@ class Tempo:
     def flying(self, input_times: FloatArray) -> FloatArray:
         """Say at which input times it flies, 1 or 0; one analysis frame to either side counts as flight too."""
         return within(input_times, self.flights, margin=1 / self.rate).astype(np.float64)
+
+
+def chosen_weights(
+    clips: Sequence[AnyMotion], evenness: float | None, keep_flights: float | None, *, itself: bool, paper: bool
+) -> tuple[float, float]:
+    """Choose the weights of the price on tempo, evenness and keep_flights, where they are left out.
+
+    Parameters
+    ----------
+    clips : sequence of Motion or Signal
+        The input.
+    evenness, keep_flights : float, optional
+        Those that were given.
+    itself : bool
+        Whether the input is its own reference.
+    paper : bool
+        Whether the search is that of the paper, which has no such price.
+    """
+    figure = not paper and any(isinstance(clip, Motion) and not is_rigid(clip) for clip in clips)
+    usual = (_EVENNESS, _KEEP_FLIGHTS) if itself else (_EVENNESS_OF_ANOTHER, 0.0)
+    return tuple(  # type: ignore[return-value]
+        (default if figure else 0.0) if given is None else given
+        for given, default in zip((evenness, keep_flights), usual, strict=True)
+    )
+
+
+def flights_of(clips: Sequence[AnyMotion]) -> list[tuple[float, float]]:
+    """Find the flights of clips that move together: start and end of each, seconds, in the order of time."""
+    return sorted(
+        (first / float(clip.rate), last / float(clip.rate))
+        for clip in clips
+        if isinstance(clip, Motion)
+        for first, last in clip.flights()
+    )
 
 
 def tempo_of(poses: FloatArray, rate: float, time_scale: float, flights: Sequence[tuple[float, float]]) -> Tempo:
