@@ -155,9 +155,10 @@ def _retime(job: dict[str, Any], tell: _Teller) -> None:
     """Retime a file into one that is there, empty."""
     _load_everything()
     from retime.media.extras import needed
+    from retime.media.job import Job, Report
     from retime.media.kinds import is_sequence
     from retime.media.options import MediaOptions
-    from retime.media.work import MOST_SOUNDS, Job, Report, retime_file
+    from retime.media.work import MOST_SOUNDS, retime_file
     from retime.warp.curve import Warp
 
     options = MediaOptions.from_json(job["options"])
@@ -200,8 +201,8 @@ def _describe(job: dict[str, Any], tell: _Teller) -> None:
 
 def _look(job: dict[str, Any], tell: _Teller, look: Callable[..., None]) -> None:
     """Lock the process up with one file in it, and tell what is found there."""
+    from retime.media.job import Report
     from retime.media.kinds import is_sequence
-    from retime.media.work import Report
 
     path = Path(job["path"])
     fps = None if job["fps"] is None else Fraction(job["fps"])
@@ -216,7 +217,7 @@ def _sound(job: dict[str, Any], tell: _Teller) -> None:
     """Write a file's sound as plain samples."""
     _load_everything()
     from retime.media.beats import write_samples
-    from retime.media.work import Report
+    from retime.media.job import Report
 
     path = Path(job["path"])
     with path.open("rb") as source, Path(job["beside"]).open("wb") as target, tempfile.TemporaryFile() as spool:

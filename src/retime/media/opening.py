@@ -84,6 +84,29 @@ class FileView:
         return True
 
 
+class OutputAgain:
+    """The output, which MP4 and MOV read again to lay their table of contents before it, so that it plays at once."""
+
+    def __init__(self, target: BinaryIO) -> None:
+        self._target = target
+        self.size = 0
+
+    def read(self, start: int, count: int) -> bytes:
+        """Read bytes at a place; the place at which the output is written stays."""
+        place = self._target.tell()
+        self._target.seek(start)
+        data = self._target.read(count)
+        self._target.seek(place)
+        return data
+
+    def view(self) -> FileView:
+        """Return a reader of what there is by now."""
+        place = self._target.tell()
+        self.size = self._target.seek(0, io.SEEK_END)
+        self._target.seek(place)
+        return FileView(self)
+
+
 def _opens_nothing(url: str, flags: int, options: Any) -> Any:
     """Stand in for the opening of other files, which never is right."""
     raise PermissionError("a media file may not open another file")
