@@ -247,23 +247,7 @@ def parse_c3d(path: Path, data: bytes, options: ReadOptions) -> C3dFile:
     FormatWarning
         Header and parameters disagree, or frames were left out.
     """
-    if not data:
-        raise FormatError("the file is empty; expected a C3D capture", path=path)
-    if len(data) < 2 * BLOCK or data[1] != 0x50 or foreign_kind(data) not in (None, "a C3D capture"):
-        kind = foreign_kind(data)
-        if data[1:2] == b"\x50" and kind in (None, "a C3D capture"):
-            raise FormatError(f"the file ends after {len(data)} bytes, before its parameters", path=path)
-        raise FormatError(
-            f"expected a C3D capture, {kind or 'found the bytes ' + data[:4].hex(' ')}", path=path, byte=0
-        )
-    section = (data[0] - 1) * BLOCK
-    if data[0] < 2 or section + 4 > len(data):
-        raise FormatError(f"the parameters begin in block {data[0]}, of {len(data) // BLOCK}", path=path, byte=0)
-    machine = data[section + 3]
-    if machine not in MACHINES:
-        named = ", ".join(f"{number} ({name})" for number, name in MACHINES.items())
-        raise FormatError(f"numbers of an unknown machine, {machine}; known are {named}", path=path, byte=section + 3)
-    numbers = Numbers(machine)
+    section, numbers = _section(path, data)
     data_start = (numbers.word(data, _AT_DATA) - 1) * BLOCK
     end = data_start if section < data_start <= len(data) else len(data)
     parameters = _parameters(path, data, numbers, section + 4, end)
@@ -287,26 +271,10 @@ def parse_c3d(path: Path, data: bytes, options: ReadOptions) -> C3dFile:
     if not math.isfinite(scale):
         raise FormatError("the scale of the points is not a number", path=path, byte=_AT_SCALE)
     rate = _rate(path, said("POINT:RATE"), numbers.real(data, AT_RATE), options)
-    layouts = _layouts(numbers, data, number, float(rate))
     word_bytes = 4 if scale < 0 else 2
     first, counts = _counts(numbers, data, parameters, number)
     there = len(data) - data_start
-
-    def fits(layout: Layout, count: int) -> bool:
-        # Frames end with a whole block, or just so.
-        return 0 <= there - layout.numbers * word_bytes * count < BLOCK
-
-    layout, n_frames = layouts[0], counts[0]
-    if not fits(layout, n_frames):
-        others = [(one, count) for one in layouts for count in counts if fits(one, count)]
-        layout, n_frames = others[0] if others else (layout, n_frames)
-        if others:
-            warnings.warn(
-                f"{path}: header and parameters disagree about points, samples or frames; {n_frames} frames of "
-                f"{layout.points} points fit the size of the file",
-                FormatWarning,
-                stacklevel=4,
-            )
+    layout, n_frames = _fitting(path, _layouts(numbers, data, number, float(rate)), counts, word_bytes, there)
     if layout.numbers == 0:
         raise FormatError("the file holds neither points nor analog channels", path=path)
     if scale == 0 and layout.points:
@@ -317,27 +285,76 @@ def parse_c3d(path: Path, data: bytes, options: ReadOptions) -> C3dFile:
             "numbers (Limits.channels)",
             path=path,
         )
-    whole = there // (layout.numbers * word_bytes)
     if n_frames < 1:
         raise FormatError(f"frames {first} to {first + n_frames - 1} are none", path=path, byte=AT_FIRST)
-    if n_frames > whole:
-        if not (options.repair and whole):
-            raise FormatError(
-                f"{n_frames} frames are claimed, and {whole} are there: the file ends after {len(data)} bytes, and "
-                f"would have {data_start + layout.numbers * word_bytes * n_frames}; --repair keeps what is there",
-                path=path,
-            )
-        warnings.warn(f"{path}: {whole} of {n_frames} frames are there and were kept", FormatWarning, stacklevel=4)
-        n_frames = whole
-    elif there - layout.numbers * word_bytes * n_frames >= BLOCK and whole > n_frames:
-        warnings.warn(
-            f"{path}: {n_frames} frames are claimed, but there is room for {whole}; the others are not read",
-            FormatWarning,
-            stacklevel=4,
-        )
+    n_frames = _frames_there(path, n_frames, layout.numbers * word_bytes, there, len(data), repair=options.repair)
     if n_frames > options.limits.frames or n_frames * layout.samples > 8 * options.limits.frames:
         raise FormatError(f"{n_frames} frames, the limit is {options.limits.frames} (Limits.frames)", path=path)
     return C3dFile(path, data, numbers, parameters, layout, first, n_frames, scale, rate, data_start)
+
+
+def _section(path: Path, data: bytes) -> tuple[int, Numbers]:
+    """Find where the section of parameters begins, and how the file stores numbers; refuse what is no C3D."""
+    if not data:
+        raise FormatError("the file is empty; expected a C3D capture", path=path)
+    if len(data) < 2 * BLOCK or data[1] != 0x50 or foreign_kind(data) not in (None, "a C3D capture"):
+        kind = foreign_kind(data)
+        if data[1:2] == b"\x50" and kind in (None, "a C3D capture"):
+            raise FormatError(f"the file ends after {len(data)} bytes, before its parameters", path=path)
+        raise FormatError(
+            f"expected a C3D capture, {kind or 'found the bytes ' + data[:4].hex(' ')}", path=path, byte=0
+        )
+    section = (data[0] - 1) * BLOCK
+    if data[0] < 2 or section + 4 > len(data):
+        raise FormatError(f"the parameters begin in block {data[0]}, of {len(data) // BLOCK}", path=path, byte=0)
+    machine = data[section + 3]
+    if machine not in MACHINES:
+        named = ", ".join(f"{number} ({name})" for number, name in MACHINES.items())
+        raise FormatError(f"numbers of an unknown machine, {machine}; known are {named}", path=path, byte=section + 3)
+    return section, Numbers(machine)
+
+
+def _fitting(path: Path, layouts: list[Layout], counts: list[int], word_bytes: int, there: int) -> tuple[Layout, int]:
+    """Choose what frames hold and how many there are: the first that is said, or what fits the bytes that are there."""
+
+    def fits(layout: Layout, count: int) -> bool:
+        # Frames end with a whole block, or just so.
+        return 0 <= there - layout.numbers * word_bytes * count < BLOCK
+
+    if fits(layouts[0], counts[0]):
+        return layouts[0], counts[0]
+    others = [(one, count) for one in layouts for count in counts if fits(one, count)]
+    if not others:
+        return layouts[0], counts[0]
+    layout, n_frames = others[0]
+    warnings.warn(
+        f"{path}: header and parameters disagree about points, samples or frames; {n_frames} frames of "
+        f"{layout.points} points fit the size of the file",
+        FormatWarning,
+        stacklevel=5,
+    )
+    return layout, n_frames
+
+
+def _frames_there(path: Path, n_frames: int, frame_bytes: int, there: int, n_bytes: int, *, repair: bool) -> int:
+    """Compare how many frames are claimed with the bytes that are there; return how many to read."""
+    whole = there // frame_bytes
+    if n_frames > whole:
+        if not (repair and whole):
+            raise FormatError(
+                f"{n_frames} frames are claimed, and {whole} are there: the file ends after {n_bytes} bytes, and "
+                f"would have {n_bytes - there + frame_bytes * n_frames}; --repair keeps what is there",
+                path=path,
+            )
+        warnings.warn(f"{path}: {whole} of {n_frames} frames are there and were kept", FormatWarning, stacklevel=5)
+        return whole
+    if there - frame_bytes * n_frames >= BLOCK and whole > n_frames:
+        warnings.warn(
+            f"{path}: {n_frames} frames are claimed, but there is room for {whole}; the others are not read",
+            FormatWarning,
+            stacklevel=5,
+        )
+    return n_frames
 
 
 def _parameters(path: Path, data: bytes, numbers: Numbers, start: int, end: int) -> dict[str, Parameter]:

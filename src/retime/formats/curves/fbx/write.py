@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import struct
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
-from retime.arrays import FloatArray
+from retime.arrays import FloatArray, IntArray
 from retime.errors import FormatError
 from retime.formats.curves.fbx.binary import LAST, MAGIC, encoded
 from retime.formats.curves.fbx.curve import LINEAR, THIRDS, USER
@@ -40,6 +41,8 @@ _TIME_MODES = {
 _OWN_RATE = 14
 # From here on numbers are beyond single precision, or all use.
 _LARGEST = 1e30
+# Kinds of objects, in the order in which a file counts them.
+_KINDS = ("AnimationStack", "AnimationLayer", "NodeAttribute", "Model", "AnimationCurveNode", "AnimationCurve")
 
 
 @dataclass
@@ -120,74 +123,21 @@ def fbx_of(motion: Motion) -> bytes:
     if max(float(np.abs(translations).max()), float(np.abs(skeleton.offsets).max())) > _LARGEST:
         raise FormatError("a length is beyond what single precision, which FBX has, can hold")
     ticks = np.rint(np.arange(motion.n_frames) * float(TICKS / motion.rate)).astype(np.int64)
-    number = iter(range(1_000_000, 2**40))
-    objects: list[_Node] = []
-    links: list[_Node] = []
-
-    def link(child: int, parent: int, prop: str = "") -> None:
-        more = [_text(prop)] if prop else []
-        links.append(_Node("C", [_text("OP" if prop else "OO"), _long(child), _long(parent), *more]))
-
-    def limb(name: str, parent: int, offset: FloatArray, order: str) -> int:
-        limb_id, attribute_id = next(number), next(number)
-        properties = [
-            _property("RotationActive", "bool", "", "", _int(1)),
-            _property("InheritType", "enum", "", "", _int(1)),
-            _property("RotationOrder", "enum", "", "", _int(ORDERS.index(order))),
-            _property("Lcl Translation", "Lcl Translation", "", "A", *map(_real, offset)),
-            _property("Lcl Rotation", "Lcl Rotation", "", "A", *map(_real, (0, 0, 0))),
-            _property("Lcl Scaling", "Lcl Scaling", "", "A", *map(_real, (1, 1, 1))),
-        ]
-        inner = [_leaf("Version", _int(232)), _Node("Properties70", (), properties)]
-        objects.append(_object("NodeAttribute", attribute_id, name, "NodeAttribute", "LimbNode", [_skeleton()]))
-        objects.append(_object("Model", limb_id, name, "Model", "LimbNode", inner))
-        link(limb_id, parent)
-        link(attribute_id, limb_id)
-        return limb_id
-
+    objects = _Objects()
     orders = [_order_of(motion, joint) for joint in range(skeleton.n_joints)]
     limbs: list[int] = []
     for joint, (name, parent) in enumerate(zip(skeleton.names, skeleton.parents, strict=True)):
-        limbs.append(limb(name, limbs[parent] if parent >= 0 else 0, skeleton.offsets[joint], orders[joint]))
+        above = limbs[parent] if parent >= 0 else 0
+        limbs.append(objects.add_limb(name, above, skeleton.offsets[joint], orders[joint]))
     for site in skeleton.end_sites:
-        limb(f"{skeleton.names[site.parent]}_end", limbs[site.parent], np.array(site.offset), ORDERS[0])
-
-    name = motion.name or "motion"
-    stack, layer = next(number), next(number)
-    end = int(ticks[-1])
-    times = [_time("LocalStart", 0), _time("LocalStop", end), _time("ReferenceStart", 0), _time("ReferenceStop", end)]
-    objects.append(_object("AnimationStack", stack, name, "AnimStack", "", [_Node("Properties70", (), times)]))
-    objects.append(_object("AnimationLayer", layer, "BaseLayer", "AnimLayer", "", []))
-    link(stack, 0)
-    link(layer, stack)
-    n_curves = 0
-    for joint, limb_id in enumerate(limbs):
-        moved = [("R", "Lcl Rotation", _angles(motion, joint, orders[joint]))]
+        name = f"{skeleton.names[site.parent]}_end"
+        objects.add_limb(name, limbs[site.parent], np.array(site.offset), ORDERS[0])
+    name, end = motion.name or "motion", int(ticks[-1])
+    layer = objects.add_stack(name, end)
+    for joint, limb in enumerate(limbs):
+        objects.add_curves(layer, limb, "R", "Lcl Rotation", ticks, _angles(motion, joint, orders[joint]))
         if (translations[:, joint] != skeleton.offsets[joint]).any():
-            moved.append(("T", "Lcl Translation", translations[:, joint]))
-        for letter, prop, columns in moved:
-            node = next(number)
-            first = [_property(f"d|{axis}", "Number", "", "A", _real(columns[0, i])) for i, axis in enumerate("XYZ")]
-            inner = [_Node("Properties70", (), first)]
-            objects.append(_object("AnimationCurveNode", node, letter, "AnimCurveNode", "", inner))
-            link(node, layer)
-            link(node, limb_id, prop)
-            for i, axis in enumerate("XYZ"):
-                curve = next(number)
-                objects.append(_object("AnimationCurve", curve, "", "AnimCurve", "", _curve(ticks, columns[:, i])))
-                link(curve, node, f"d|{axis}")
-                n_curves += 1
-
-    counts = {
-        "GlobalSettings": 1,
-        "AnimationStack": 1,
-        "AnimationLayer": 1,
-        "NodeAttribute": len(limbs) + len(skeleton.end_sites),
-        "Model": len(limbs) + len(skeleton.end_sites),
-        "AnimationCurveNode": n_curves // 3,
-        "AnimationCurve": n_curves,
-    }
-    types = [_Node("ObjectType", [_text(kind)], [_leaf("Count", _int(count))]) for kind, count in counts.items()]
+            objects.add_curves(layer, limb, "T", "Lcl Translation", ticks, translations[:, joint])
     take = [
         _leaf("FileName", _text(f"{name}.tak")),
         _leaf("LocalTime", _long(0), _long(end)),
@@ -197,14 +147,85 @@ def fbx_of(motion: Motion) -> bytes:
         [
             *_header(),
             _settings(motion, end),
-            _document(next(number)),
+            _document(objects.new_id()),
             _Node("References"),
-            _Node("Definitions", (), [_leaf("Version", _int(100)), _leaf("Count", _int(sum(counts.values()))), *types]),
-            _Node("Objects", (), objects),
-            _Node("Connections", (), links),
+            _Node("Definitions", (), objects.definitions()),
+            _Node("Objects", (), objects.nodes),
+            _Node("Connections", (), objects.links),
             _Node("Takes", (), [_leaf("Current", _text(name)), _Node("Take", [_text(name)], take)]),
         ]
     )
+
+
+class _Objects:
+    """The objects of a file, and what ties them: each is known by its number."""
+
+    def __init__(self) -> None:
+        self._number = iter(range(1_000_000, 2**40))
+        self.nodes: list[_Node] = []
+        self.links: list[_Node] = []
+
+    def new_id(self) -> int:
+        """Return a number that no object has."""
+        return next(self._number)
+
+    def link(self, child: int, parent: int, prop: str = "") -> None:
+        """Tie an object to another one, or to a property of it; 0 is the scene."""
+        more = [_text(prop)] if prop else []
+        self.links.append(_Node("C", [_text("OP" if prop else "OO"), _long(child), _long(parent), *more]))
+
+    def add_limb(self, name: str, parent: int, offset: FloatArray, order: str) -> int:
+        """Add a joint, and the attribute that says that it is one; return its number."""
+        limb, attribute = self.new_id(), self.new_id()
+        properties = [
+            _property("RotationActive", "bool", "", "", _int(1)),
+            _property("InheritType", "enum", "", "", _int(1)),
+            _property("RotationOrder", "enum", "", "", _int(ORDERS.index(order))),
+            _property("Lcl Translation", "Lcl Translation", "", "A", *map(_real, offset)),
+            _property("Lcl Rotation", "Lcl Rotation", "", "A", *map(_real, (0, 0, 0))),
+            _property("Lcl Scaling", "Lcl Scaling", "", "A", *map(_real, (1, 1, 1))),
+        ]
+        inner = [_leaf("Version", _int(232)), _Node("Properties70", (), properties)]
+        self.nodes.append(_object("NodeAttribute", attribute, name, "NodeAttribute", "LimbNode", [_skeleton()]))
+        self.nodes.append(_object("Model", limb, name, "Model", "LimbNode", inner))
+        self.link(limb, parent)
+        self.link(attribute, limb)
+        return limb
+
+    def add_stack(self, name: str, end: int) -> int:
+        """Add an animation that ends at a tick; return the number of its one layer."""
+        stack, layer = self.new_id(), self.new_id()
+        times = [
+            _time("LocalStart", 0),
+            _time("LocalStop", end),
+            _time("ReferenceStart", 0),
+            _time("ReferenceStop", end),
+        ]
+        self.nodes.append(_object("AnimationStack", stack, name, "AnimStack", "", [_Node("Properties70", (), times)]))
+        self.nodes.append(_object("AnimationLayer", layer, "BaseLayer", "AnimLayer", "", []))
+        self.link(stack, 0)
+        self.link(layer, stack)
+        return layer
+
+    def add_curves(self, layer: int, limb: int, name: str, prop: str, ticks: IntArray, columns: FloatArray) -> None:
+        """Add the curves of a joint's property: a key at each of the ticks, of `columns`, shape (n_ticks, 3)."""
+        node = self.new_id()
+        first = [_property(f"d|{axis}", "Number", "", "A", _real(columns[0, i])) for i, axis in enumerate("XYZ")]
+        inner = [_Node("Properties70", (), first)]
+        self.nodes.append(_object("AnimationCurveNode", node, name, "AnimCurveNode", "", inner))
+        self.link(node, layer)
+        self.link(node, limb, prop)
+        for i, axis in enumerate("XYZ"):
+            curve = self.new_id()
+            self.nodes.append(_object("AnimationCurve", curve, "", "AnimCurve", "", _curve(ticks, columns[:, i])))
+            self.link(curve, node, f"d|{axis}")
+
+    def definitions(self) -> list[_Node]:
+        """Say how many objects of each kind there are."""
+        found = Counter(node.name for node in self.nodes)
+        counts = {"GlobalSettings": 1} | {kind: found[kind] for kind in _KINDS}
+        types = [_Node("ObjectType", [_text(kind)], [_leaf("Count", _int(count))]) for kind, count in counts.items()]
+        return [_leaf("Version", _int(100)), _leaf("Count", _int(sum(counts.values()))), *types]
 
 
 def _order_of(motion: Motion, joint: int) -> str:
