@@ -15,8 +15,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from retime.errors import FormatError, FormatWarning, RetimeWarning
 from retime.formats import amass
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import Limits, ReadOptions
-from retime.formats.registry import facts_of, format_in, read, retime_file, stays_in_place, write
+from retime.formats.registry import facts_of, format_in, read, stays_in_place, write
 from retime.formats.smpl_body import BODIES
 from retime.motion import rotation
 from retime.motion.motion import Motion

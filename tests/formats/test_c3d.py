@@ -14,8 +14,9 @@ import pytest
 from retime.errors import FormatError, FormatWarning, OptionError, OutputExistsError, RetimeWarning
 from retime.formats import c3d
 from retime.formats.c3d_numbers import DEC, Numbers
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import Limits, ReadOptions
-from retime.formats.registry import facts_of, read, retime_file, write
+from retime.formats.registry import facts_of, read, write
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 from tests.formats.c3d_files import FORMS, Capture, drawn, real_bytes

@@ -12,8 +12,9 @@ import pytest
 
 from retime.errors import FormatError, FormatWarning, OptionError, RetimeWarning
 from retime.formats import humanml3d
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import ReadOptions
-from retime.formats.registry import format_in, read, retime_file
+from retime.formats.registry import format_in, read
 from retime.motion.signal import Signal
 from retime.warp.curve import Warp
 

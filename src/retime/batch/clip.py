@@ -35,15 +35,9 @@ from retime.errors import (
 )
 from retime.evaluate.metrics.flights import flight_spans, flight_timing
 from retime.files import noting_reads
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import ReadOptions
-from retime.formats.registry import (
-    animation_names,
-    read_with,
-    refuse_unfit,
-    retime_file,
-    stays_in_place,
-    write,
-)
+from retime.formats.registry import animation_names, read_with, refuse_unfit, stays_in_place, write
 from retime.motion.any_motion import AnyMotion
 from retime.motion.channels import parse_channel
 from retime.motion.gaps import GapPolicy

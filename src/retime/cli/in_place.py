@@ -32,7 +32,7 @@ class Writing:
     bake : bool
         Of curves: put a key on every frame.
     tolerance : float, optional
-        Of curves: seconds; None is the default of `retime.formats.registry.retime_file`.
+        Of curves: seconds; None is the default of `retime.formats.in_place.retime_file`.
     layer : str, optional
         Of USD: the kind of layer that shows the file, in place of the file retimed.
     force : bool
@@ -129,7 +129,7 @@ class Writing:
         self, source: Path, options: ClipOptions, clip: AnyMotion | None, warp: Warp, place: Path
     ) -> None:
         """Write a capture with other frames; those that were left out at its ends stay out."""
-        from retime.formats.registry import retime_file
+        from retime.formats.in_place import retime_file
 
         frames = None
         if clip is not None and (options.frames or options.drop_first):
@@ -154,7 +154,7 @@ class Writing:
 
     def write_curves(self, source: Path, options: ClipOptions, warps: Warp | dict[str, Warp], place: Path) -> None:
         """Write a file with the keys of its animations retimed."""
-        from retime.formats.registry import retime_file
+        from retime.formats.in_place import retime_file
 
         if self.held > 1:
             raise OptionError(

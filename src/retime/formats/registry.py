@@ -1,7 +1,7 @@
 """Which module reads and writes which file, and the one way in and out.
 
 A format is a small module with ``read(path, data, options)`` and ``write(motion, path, overwrite=...)``; see `FORMATS`.
-A file that holds more than a clip is retimed in place: `retime_file`.
+A file that holds more than a clip is retimed in place: `in_place`.
 Modules are imported when a file of theirs is met.
 """
 
@@ -10,20 +10,26 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
 from os import PathLike
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol, cast
-from urllib.parse import quote
+from typing import Any, cast
 
 from retime.brief import kind_of
 from retime.checks import path_of
-from retime.errors import FormatError, MissingExtraError, OptionError, OutputExistsError
-from retime.files import note_written, write_bytes
+from retime.errors import FormatError, MissingExtraError, OptionError
 from retime.formats.compressed import COMPRESSED, is_compressed, plain_path, read_plain, refuse_compressed
+from retime.formats.format_modules import (
+    CurveModule,
+    FormatModule,
+    FramesModule,
+    ManyFilesModule,
+    SkinModule,
+    TellingModule,
+)
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
 from retime.motion.body import body_joint
@@ -52,11 +58,11 @@ class Format:
     writes : bool
         Whether it can be written.
     curves : bool
-        Whether its animation is curves with keys, which are retimed in place (`retime_file`); its module then is
+        Whether its animation is curves with keys, which are retimed in place (`in_place`); its module then is
         ``format`` in its room of `retime.formats.curves`.
     frames : bool
         Whether its files hold more than a clip's frames, so that retiming gives them other frames in place and keeps
-        the rest (`retime_file`).
+        the rest (`in_place`).
     among : str
         The name of a format whose ending it shares; its module then tells by what a file holds that it is one.
     facts : bool
@@ -71,7 +77,7 @@ class Format:
         Whether its files are composed of others, that a new one must name from where it will lie: `retime` and `bake`
         of its module then take that ``place`` too.
     layers : tuple of str
-        Kinds of new files that show one of this format, itself untouched, with new timing (`retime_file`).
+        Kinds of new files that show one of this format, itself untouched, with new timing (`in_place`).
     shared_ending : bool
         Whether most files with its ending are something else, so that folders are not searched for it.
     many_files : bool
@@ -153,86 +159,6 @@ _PICKLED = {".pkl": _BY_PICKLE, ".pickle": _BY_PICKLE, ".pt": _BY_TORCH, ".pth":
 """Endings of pickled Python objects, and the line that takes the arrays out of them."""
 
 
-class FormatModule(Protocol):
-    """What a format's module offers."""
-
-    def read(self, path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
-        """Read the bytes of a file; `path` is for messages and for files that belong to it."""
-
-    def write(self, motion: AnyMotion, path: Path, *, overwrite: bool) -> None:
-        """Write a file, all or nothing."""
-
-
-class CurveModule(FormatModule, Protocol):
-    """What the module of a format offers whose animation is curves."""
-
-    def animation_names(self, path: Path, data: bytes, options: ReadOptions) -> list[str]:
-        """Name the animations that are meant."""
-
-    def retime(
-        self, path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions
-    ) -> dict[str, bytes]:
-        """Cut the curves of animations by warps; "" is the new file, other names are of files beside it."""
-
-    def bake(
-        self, path: Path, data: bytes, warps: Warp | Mapping[str, Warp], options: ReadOptions, *, average: bool
-    ) -> dict[str, bytes]:
-        """Put a key on every frame instead."""
-
-    def layer(
-        self,
-        path: Path,
-        data: bytes,
-        warps: Warp | Mapping[str, Warp],
-        options: ReadOptions,
-        *,
-        kind: str,
-        place: Path,
-    ) -> dict[str, bytes]:
-        """Make a file for `place` that shows this one with new timing, where the format has such (`Format.layers`)."""
-
-
-class TellingModule(FormatModule, Protocol):
-    """What the module of a format offers that has more to tell of a file than what is read."""
-
-    def facts(self, path: Path, data: bytes, options: ReadOptions) -> dict[str, str]:
-        """Say what a file holds beside the clip that is read."""
-
-
-class ManyFilesModule(FormatModule, Protocol):
-    """What the module of a format offers whose clips may be many files."""
-
-    def is_many_files(self, path: Path) -> bool:
-        """Tell whether a path stands for several files: a folder, or a pattern of names."""
-
-
-class SkinModule(FormatModule, Protocol):
-    """What the module of a format offers whose files may hold meshes that follow the joints."""
-
-    def skin(self, path: Path, data: bytes, options: ReadOptions) -> Skin | None:
-        """Read what follows the joints of the motion that is read."""
-
-
-class FramesModule(FormatModule, Protocol):
-    """What the module of a format offers whose files are given other frames in place."""
-
-    def retime_frames(
-        self,
-        path: Path,
-        data: bytes,
-        warp: Warp,
-        options: ReadOptions,
-        *,
-        frames: tuple[int, int] | None,
-        average: bool,
-        held: int,
-    ) -> bytes:
-        """Make the file anew with the frames that a warp shows; see `retime_file`."""
-
-    def claims(self, file: BinaryIO) -> bool:
-        """Tell whether a file with the ending of the format that it is `among` is one of its own."""
-
-
 def format_of(path: str | PathLike[str]) -> Format:
     """Find a file's format by its name's ending (that before .gz, if any); raise FormatError where none is known.
 
@@ -279,7 +205,7 @@ def format_in(path: str | PathLike[str], *, arrays: Sequence[str] = ()) -> Forma
     if not others or arrays or not path.is_file():
         return known
     with BytesIO(read_plain(path, Limits(), repair=True)) if is_compressed(path) else path.open("rb") as file:
-        return next((one for one in others if cast(FramesModule, _module(one)).claims(file)), known)
+        return next((one for one in others if cast(FramesModule, module_of(one)).claims(file)), known)
 
 
 def stays_in_place(
@@ -306,7 +232,7 @@ def facts_of(path: str | PathLike[str], options: ReadOptions) -> dict[str, str]:
     if not known.facts:
         return {}
     data = read_plain(path, options.limits, repair=options.repair)
-    return cast(TellingModule, _module(known)).facts(path, data, options)
+    return cast(TellingModule, module_of(known)).facts(path, data, options)
 
 
 def skin_of(path: str | PathLike[str], options: ReadOptions) -> Skin | None:
@@ -322,7 +248,7 @@ def skin_of(path: str | PathLike[str], options: ReadOptions) -> Skin | None:
     if not known.skins:
         return None
     data = read_plain(path, options.limits, repair=options.repair)
-    return cast(SkinModule, _module(known)).skin(path, data, options)
+    return cast(SkinModule, module_of(known)).skin(path, data, options)
 
 
 def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> None:
@@ -357,7 +283,8 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
         raise MissingExtraError(f"a {known.suffixes[0]} file", package=known.package, extra=known.extra)
 
 
-def _module(known: Format) -> FormatModule:
+def module_of(known: Format) -> FormatModule:
+    """Import the module of a format, which is done when a file of its is met."""
     module = f"curves.{known.name}.format" if known.curves else known.name
     return cast(FormatModule, importlib.import_module(f"retime.formats.{module}"))
 
@@ -460,7 +387,7 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: s
     """
     known = format_in(path, arrays=options.arrays)
     try:
-        clip = _module(known).read(path, _content(known, path, options), options)
+        clip = module_of(known).read(path, _content(known, path, options), options)
     except MemoryError as error:
         raise FormatError("this machine has too little memory for what the file holds", path=path) from error
     changed: dict[str, Any] = {"name": plain_path(path).stem} if is_compressed(path) else {}
@@ -472,7 +399,7 @@ def read_with(path: Path, options: ReadOptions, *, up: Up | None = None, root: s
 
 def _content(known: Format, path: Path, options: ReadOptions) -> bytes:
     """Return what a file holds; nothing where its module reads many files itself."""
-    if known.many_files and cast(ManyFilesModule, _module(known)).is_many_files(path):
+    if known.many_files and cast(ManyFilesModule, module_of(known)).is_many_files(path):
         return b""
     return read_plain(path, options.limits, repair=options.repair)
 
@@ -511,149 +438,8 @@ def animation_names(path: str | PathLike[str], *, animation: str | None = None, 
     if not known.curves:
         return []
     options = ReadOptions(animation=animation, outside=outside)
-    module = cast(CurveModule, _module(known))
+    module = cast(CurveModule, module_of(known))
     return module.animation_names(path, read_plain(path, options.limits), options)
-
-
-def retime_file(
-    path: str | PathLike[str],
-    place: str | PathLike[str],
-    warps: Warp | Mapping[str, Warp],
-    *,
-    animation: str | None = None,
-    rate: str | float | Fraction | None = None,
-    bake: bool = False,
-    average: bool = True,
-    tolerance: float = 0.001,
-    frames: tuple[int, int] | None = None,
-    held: int = 1,
-    kinds: Mapping[str, KindLike] | None = None,
-    repair: bool = False,
-    layer: str | None = None,
-    outside: bool = False,
-    overwrite: bool = False,
-) -> None:
-    """Give a file new timing in place: a scene (glTF, FBX, USD) other keys, a capture (C3D, AMASS) other frames.
-
-    Of a scene each curve is cut at the warp's knots, and each piece is laid where the warp shows it: nothing is
-    sampled, and keys stay keys. Of a capture frames are resampled as `retime.apply_warp` does. Meshes, materials,
-    parameters and whatever else the file holds stay as they are.
-
-    Parameters
-    ----------
-    path, place : path-like
-        The file, and where the new one goes; both of one format, and with one ending but for a `layer`.
-    warps : Warp, or mapping of str to Warp
-        For all animations that are meant, or by name; a capture has one. Time 0 of the input is an animation's first
-        key, or the first frame; of an FBX, where its stack begins, if that is earlier.
-    animation : str, optional
-        Only the animation of this name.
-    rate : str, float or Fraction, optional
-        Of a scene, frames a second of baked keys; left out, that on which the file's own keys lie. Of a capture, its
-        rate in place of what it declares, which is written too.
-    bake : bool
-        Put a key on every frame in place of cutting; where the warp speeds up, frames are averaged (§3.4).
-    average : bool
-        Average, where baked, and the frames of a capture.
-    tolerance : float
-        Seconds: of a scene the warp is simplified within this error first (`Warp.simplify`), for each of its knots
-        makes a key.
-    frames : (int, int), optional
-        Of a capture, the first frame and the last one that are meant, as the file numbers them.
-    held : int
-        Of a capture, for how many frames each pose is held.
-    kinds : mapping of str to ChannelKind or str, optional
-        Of a capture, what channels beside the poses hold (a switch among analog channels is a ``"label"``).
-    repair : bool
-        Keep what is whole of a damaged capture.
-    layer : {"clips", "over"}, optional
-        Of a USD scene: leave the file as it is, and write a small layer that shows it with new timing, by value clips
-        or by time samples over its own.
-    outside : bool
-        As of `read`.
-    overwrite : bool
-        Replace a file that is there.
-
-    Raises
-    ------
-    FormatError
-        The file is not what it claims to be, its format is not retimed in place, or `place` is of another.
-    OptionError
-        Several warps for a capture.
-    OutputExistsError
-        A file is there, and `overwrite` is not set.
-    """
-    path, place = path_of(path, "retime_file(path, place, warps)"), path_of(place, "retime_file(path, place, warps)")
-    known = format_in(path)
-    suffix = plain_path(path).suffix.lower()
-    if not (known.curves or known.frames):
-        raise FormatError(
-            f"a {suffix} file holds nothing but its frames, which retiming replaces: read it, and use apply_warp",
-            path=path,
-        )
-    refuse_compressed(place)
-    if layer is not None and layer not in known.layers:
-        raise OptionError(
-            f"a {suffix} file has no layers over it (--layer {layer})"
-            if not known.layers
-            else f"a layer over a {suffix} file is one of {', '.join(known.layers)}; found {layer!r}"
-        )
-    if layer is not None and bake:
-        raise OptionError("a layer shows the file's own samples, cut: it can't be baked")
-    if layer is None and place.suffix.lower() != suffix:
-        raise FormatError(f"retimed in place, a {suffix} file stays one; found {place.name}", path=place)
-    options = ReadOptions(
-        rate=None if rate is None else parse_rate(rate),
-        animation=animation,
-        channels={name: as_kind(kind) for name, kind in (kinds or {}).items()},
-        repair=repair,
-        outside=outside,
-    )
-    data = read_plain(path, options.limits, repair=repair)
-    if known.frames:
-        if not isinstance(warps, Warp):
-            raise OptionError(f"{path} is one capture, and gets one warp; found {len(warps)} by name")
-        by_frames = cast(FramesModule, _module(known))
-        new = by_frames.retime_frames(path, data, warps, options, frames=frames, average=average, held=held)
-        write_bytes(place, new, overwrite=overwrite)
-        return
-    module = cast(CurveModule, _module(known))
-    whereto: dict[str, Any] = {"place": place} if known.composed else {}
-    if layer is not None:
-        even = _each(warps, lambda warp: warp.simplify(tolerance))
-        files = module.layer(path, data, even, options, kind=layer, place=place)
-    elif bake:
-        files = module.bake(path, data, warps, options, average=average, **whereto)
-    else:
-        even = _each(warps, lambda warp: warp.simplify(tolerance))
-        files = module.retime(path, data, even, options, **whereto)
-    _write_beside(files, place, overwrite=overwrite)
-
-
-def _each(warps: Warp | Mapping[str, Warp], change: Callable[[Warp], Warp]) -> Warp | dict[str, Warp]:
-    """Change each warp."""
-    return change(warps) if isinstance(warps, Warp) else {name: change(warp) for name, warp in warps.items()}
-
-
-def _write_beside(files: dict[str, bytes], place: Path, *, overwrite: bool) -> None:
-    """Write a scene after the files beside it that it names; refuse all of them where one may not be replaced."""
-    main = files[""]
-    if any("{stem}" in name for name in files):
-        main = main.replace(b"{stem}", quote(place.stem).encode())
-    beside = {place.parent / name.replace("{stem}", place.stem): content for name, content in files.items() if name}
-    # What is there already, to the byte, needs no writing.
-    known = [path for path, content in beside.items() if path.is_file() and path.read_bytes() == content]
-    beside = {path: content for path, content in beside.items() if path not in known}
-    if not overwrite:
-        for path in (*beside, place):
-            if path.exists():
-                raise OutputExistsError(path)
-    for path in known:
-        note_written(path)
-    for path, content in beside.items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_bytes(path, content, overwrite=overwrite)
-    write_bytes(place, main, overwrite=overwrite)
 
 
 def write(motion: AnyMotion, path: str | PathLike[str], *, overwrite: bool = False) -> None:
@@ -682,4 +468,4 @@ def write(motion: AnyMotion, path: str | PathLike[str], *, overwrite: bool = Fal
         raise OptionError(f"expected write(motion, path) with a motion or a signal, found {kind_of(motion)}{remedy}")
     path = path_of(path, "write(motion, path)")
     check_holds(path, "motion" if isinstance(motion, Motion) else "signal")
-    _module(format_of(path)).write(motion, path, overwrite=overwrite)
+    module_of(format_of(path)).write(motion, path, overwrite=overwrite)

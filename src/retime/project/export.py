@@ -8,7 +8,8 @@ from pathlib import Path
 
 from retime.errors import FormatError, OptionError
 from retime.files import resolved
-from retime.formats.registry import animation_names, retime_file, stays_in_place, write
+from retime.formats.in_place import retime_file
+from retime.formats.registry import animation_names, stays_in_place, write
 from retime.formats.warp_file import write_warp
 from retime.hosts.exporting import export_curve
 from retime.motion.channels import parse_channels

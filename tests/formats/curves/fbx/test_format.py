@@ -21,6 +21,7 @@ from retime.formats.curves.fbx.curve import Keys, resolved
 from retime.formats.curves.fbx.motion import sample_stack
 from retime.formats.curves.fbx.scene import FbxScene, parse_fbx
 from retime.formats.curves.fbx.span import extended, read_stack
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion import rotation
 from retime.motion.kinematics import global_poses
@@ -760,10 +761,10 @@ def test_slopes_of_keys_without_neighbours_are_level() -> None:
 def test_a_scene_is_retimed_by_the_registry(tmp_path: Path) -> None:
     path = tmp_path / "a.fbx"
     path.write_bytes(drawn_fbx(3).binary())
-    registry.retime_file(path, tmp_path / "b.fbx", Warp([0.0, 5.0], [0.0, 2.5]), animation="take")
+    retime_file(path, tmp_path / "b.fbx", Warp([0.0, 5.0], [0.0, 2.5]), animation="take")
     assert registry.animation_names(tmp_path / "b.fbx") == ["take"]
     with pytest.raises(FormatError, match="stays one"):
-        registry.retime_file(path, tmp_path / "b.glb", Warp([0.0, 5.0], [0.0, 2.5]))
+        retime_file(path, tmp_path / "b.glb", Warp([0.0, 5.0], [0.0, 2.5]))
 
 
 @needs_captures

@@ -14,8 +14,9 @@ from retime.errors import RetimeWarning
 from retime.formats import read
 from retime.formats.curves.gltf.animation import read_animation
 from retime.formats.curves.gltf.file import parse_gltf
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import Limits, ReadOptions
-from retime.formats.registry import facts_of, retime_file
+from retime.formats.registry import facts_of
 from retime.motion.motion import Motion
 from retime.warp.curve import Warp
 from tests.formats.curves.gltf.scenes import Scene, sliding_scene

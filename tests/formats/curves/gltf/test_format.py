@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 import retime
 from retime.errors import FormatError, FormatWarning, OutputExistsError
-from retime.formats import registry
 from retime.formats.curves.gltf import format as gltf
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
@@ -379,7 +379,7 @@ def test_what_a_scene_names_beside_itself_goes_with_it(tmp_path: Path) -> None:
     document["images"] = [{"uri": "skin.png"}]
     path, out = tmp_path / "in" / "a.gltf", tmp_path / "out" / "new take.gltf"
     path.write_text(json.dumps(document))
-    registry.retime_file(path, out, Warp([0.0, 4.0], [0.0, 2.0]))
+    retime_file(path, out, Warp([0.0, 4.0], [0.0, 2.0]))
     assert (tmp_path / "out" / "a b.bin").read_bytes() == bytes(scene.chunk)
     assert (tmp_path / "out" / "skin.png").read_bytes() == b"a picture"
     assert (tmp_path / "out" / "new take_animation.bin").is_file()
@@ -389,7 +389,7 @@ def test_what_a_scene_names_beside_itself_goes_with_it(tmp_path: Path) -> None:
     assert isinstance(wanted, Motion)
     np.testing.assert_allclose(found.local_translations[60], wanted.local_translations[30], atol=1e-5)
     with pytest.raises(OutputExistsError):
-        registry.retime_file(path, out, Warp([0.0, 4.0], [0.0, 2.0]))
+        retime_file(path, out, Warp([0.0, 4.0], [0.0, 2.0]))
 
 
 @needs_captures

@@ -18,8 +18,9 @@ import retime
 from retime.errors import FormatError, FormatWarning, OptionError
 from retime.formats.curves.usd import format as usd
 from retime.formats.curves.usd.package import packed
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import Limits, ReadOptions
-from retime.formats.registry import animation_names, retime_file
+from retime.formats.registry import animation_names
 from retime.motion.kinematics import global_poses
 from retime.motion.motion import Motion
 from retime.motion.signal import Signal

@@ -14,8 +14,9 @@ import retime
 from retime.errors import FormatError, FormatWarning
 from retime.files import noting_reads
 from retime.formats.curves.usd.package import packed
+from retime.formats.in_place import retime_file
 from retime.formats.read_options import ReadOptions
-from retime.formats.registry import facts_of, retime_file
+from retime.formats.registry import facts_of
 from retime.warp.curve import Warp
 from tests.formats.curves.usd.scenes import DrawnScene
 from tests.reference import usd as literal

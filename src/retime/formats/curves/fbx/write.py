@@ -243,7 +243,7 @@ def _angles(motion: Motion, joint: int, order: str) -> FloatArray:
     return angles
 
 
-def _curve(ticks: FloatArray, values: FloatArray) -> list[_Node]:
+def _curve(ticks: IntArray, values: FloatArray) -> list[_Node]:
     data = np.array([0, 0, THIRDS, 0], dtype=np.uint32).view(np.float32)
     return [
         _leaf("Default", _real(values[0])),
