@@ -28,6 +28,7 @@ both.
 
 A *ratio* compares two contenders of one run that took turns: the median of the ratios of single rounds, and in
 brackets their quartiles. Absolute times (medians, unless it says least) belong to the machine they were measured on.
+V1 to V7 are sizes: those of the paper's evaluations, as [the study](study/README.md) has them.
 """
 
 _TARGETS = """
