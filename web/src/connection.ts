@@ -135,12 +135,15 @@ export class Connection implements LinkEvents {
     this.gate.offer({ type: "edit", gesture, done, label, document }, gesture, moved);
   }
 
+  // What is on its way may make the step: its label comes with the answer, and who is quick has pressed the keys by then.
   undo(): void {
-    if (this.store.state?.undo_label) this.gate.offer({ type: "undo" }, this.newGesture(), performance.now());
+    if (this.store.state?.undo_label || this.gate.busy)
+      this.gate.offer({ type: "undo" }, this.newGesture(), performance.now());
   }
 
   redo(): void {
-    if (this.store.state?.redo_label) this.gate.offer({ type: "redo" }, this.newGesture(), performance.now());
+    if (this.store.state?.redo_label || this.gate.busy)
+      this.gate.offer({ type: "redo" }, this.newGesture(), performance.now());
   }
 
   keep(name: string): void {

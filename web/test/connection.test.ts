@@ -7,53 +7,58 @@ import { EMPTY } from "./empty";
 const key = (output_time: number): Document["keys"][number] => ({ id: "k", input_time: 1, output_time, speed: null });
 const nothing = (): void => undefined;
 
-describe("another window makes a revision", () => {
-  let sent: { type: string; revision: number; document?: Document }[];
-  let offered: { label: string; again: () => void }[];
-  let store: Store;
-  let connection: Connection;
+let sent: { type: string; revision: number; document?: Document }[];
+let offered: { label: string; again: () => void }[];
+let store: Store;
+let connection: Connection;
 
-  const state = (revision: number, document: Document): string => {
-    const told: State = {
-      type: "state",
-      revision,
-      document,
-      undo_label: null,
-      redo_label: null,
-      saved: true,
-      recovered: false,
-      resumed: false,
-      path: null,
-      opened: 0,
-    };
-    return JSON.stringify(told);
+const state = (
+  revision: number,
+  document: Document,
+  undo: string | null = null,
+  redo: string | null = null,
+): string => {
+  const told: State = {
+    type: "state",
+    revision,
+    document,
+    undo_label: undo,
+    redo_label: redo,
+    saved: true,
+    recovered: false,
+    resumed: false,
+    path: null,
+    opened: 0,
   };
-  const elsewhere = (revision: number): void => connection.text(JSON.stringify({ type: "elsewhere", revision }));
+  return JSON.stringify(told);
+};
+const elsewhere = (revision: number): void => connection.text(JSON.stringify({ type: "elsewhere", revision }));
 
-  beforeEach(() => {
-    sent = [];
-    offered = [];
-    store = new Store(nothing);
-    const events = {
-      notice: nothing,
-      listing: nothing,
-      found: nothing,
-      connected: nothing,
-      recovered: nothing,
-      resumed: nothing,
-      outrun: (label: string, again: () => void) => void offered.push({ label, again }),
-      refused: nothing,
-      written: nothing,
-      lost: nothing,
-      outdated: nothing,
-      renewed: nothing,
-    };
-    connection = new Connection(store, events, (callback) => callback());
-    connection.opened({ send: (text) => void sent.push(JSON.parse(text)) });
-    connection.text(state(1, EMPTY));
-    sent = [];
-  });
+beforeEach(() => {
+  sent = [];
+  offered = [];
+  store = new Store(nothing);
+  const events = {
+    notice: nothing,
+    listing: nothing,
+    found: nothing,
+    connected: nothing,
+    recovered: nothing,
+    resumed: nothing,
+    outrun: (label: string, again: () => void) => void offered.push({ label, again }),
+    refused: nothing,
+    written: nothing,
+    lost: nothing,
+    outdated: nothing,
+    renewed: nothing,
+  };
+  connection = new Connection(store, events, (callback) => callback());
+  connection.opened({ send: (text) => void sent.push(JSON.parse(text)) });
+  connection.text(state(1, EMPTY));
+  sent = [];
+});
 
+describe("another window makes a revision", () => {
   it("and what this one sent for the same is offered again, on what holds", () => {
     connection.edit({ ...EMPTY, keys: [key(1)] }, "add key");
     expect(sent.map(({ revision }) => revision)).toEqual([2]);
@@ -106,5 +111,35 @@ describe("another window makes a revision", () => {
     connection.opened({ send: (text) => void sent.push(JSON.parse(text)) });
     connection.text(state(1, mine));
     expect(offered.map(({ label }) => label)).toEqual(["choose method"]);
+  });
+});
+
+describe("undo and redo", () => {
+  const types = (): string[] => sent.map(({ type }) => type);
+
+  it("are asked for once what makes their step is answered, however soon they are pressed", () => {
+    connection.edit({ ...EMPTY, keys: [key(1)] }, "add key");
+    connection.undo();
+    connection.redo();
+    expect(types()).toEqual(["edit"]);
+    connection.text(state(2, { ...EMPTY, keys: [key(1)] }, "add key"));
+    expect(types()).toEqual(["edit", "undo"]);
+    connection.text(state(3, EMPTY, null, "add key"));
+    expect(sent.map(({ type, revision }) => [type, revision])).toEqual([
+      ["edit", 2],
+      ["undo", 3],
+      ["redo", 4],
+    ]);
+  });
+
+  it("are not asked for where there is no step, and none is on its way", () => {
+    connection.undo();
+    connection.redo();
+    expect(sent).toEqual([]);
+    connection.text(state(1, EMPTY, null, "add key"));
+    connection.undo();
+    expect(sent).toEqual([]);
+    connection.redo();
+    expect(types()).toEqual(["redo"]);
   });
 });
