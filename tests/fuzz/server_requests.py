@@ -16,6 +16,7 @@ import sys
 import tempfile
 import warnings
 from pathlib import Path
+from urllib.parse import parse_qs
 
 from retime.formats import write
 from retime.server.guard import MAX_URL
@@ -91,9 +92,14 @@ def _request(draw: random.Random, served: Served, cookie: str) -> bytes:
     if "path" in wrong:
         path = draw.choice(_PATHS)
     elif "target" in wrong:
+        token = served.server.guard.token
+        other = _other(draw, token)
+        if parse_qs(f"token={other}".strip().partition("#")[0]).get("token") == [token]:
+            # Nothing was left out, or what was put in says nothing in an address.
+            other = token[1:]
         longest = [
             f"/{'x' * (MAX_URL + 10)}",
-            f"/?token={_other(draw, served.server.guard.token)}",
+            f"/?token={other}",
             "/?token=&token=",
             "*",
         ]
