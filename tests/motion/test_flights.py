@@ -318,3 +318,19 @@ def test_corrected_flights_are_what_each_moment_says(seed: int) -> None:
 
         untouched = [(a, b) for a, b in found if not any(start <= b and a <= end for start, end in flown)]
         assert holds(corrected) == (holds(flown) or (holds(untouched) and not holds(grounded))), moment
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(st.tuples(st.integers(-4, 40), st.integers(-4, 40))),
+    st.lists(st.integers(-90, 900).map(lambda hundredths: hundredths / 60)),
+    st.sampled_from([0.0, 1 / 30, 0.25]),
+)
+def test_what_lies_in_some_stretches_lies_in_one_of_them(
+    frames: list[tuple[int, int]], times: list[float], margin: float
+) -> None:
+    """Of stretches in any order, that overlap, are single moments, or end before they begin."""
+    spans = [(first / 30, last / 30) for first, last in frames]
+    ends = [time + side * margin for span in spans for time in span for side in (-1, 0, 1)]
+    asked = [*times, *ends, float("nan")]
+    assert within(asked, spans, margin=margin).tolist() == literal.within(asked, spans, margin)

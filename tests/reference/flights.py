@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 import numpy as np
 
 from retime.motion.contacts import contacts
@@ -79,3 +81,8 @@ def flights(motion: Motion, *, clearance: float = 0.03, minimum: float = 0.06) -
         and sum(falls[low : high + 1]) >= (high - low + 1) / 2
         and (high - low + 1 < max(4.0, 0.2 * rate) or most_fall(low, high))
     ]
+
+
+def within(times: Iterable[float], spans: Sequence[tuple[float, float]], margin: float) -> list[bool]:
+    slack = margin + 1e-9
+    return [any(start - slack <= time <= end + slack for start, end in spans) for time in times]

@@ -103,17 +103,21 @@ def above_body(motion: Moving) -> list[int]:
 
 def is_rigid(motion: Moving) -> bool:
     """Tell whether nothing moves in the body: a camera, a prop, or a figure that is only carried along."""
-    body = body_of(motion)
-    still = _STILL * max(_extent(body.skeleton), 1e-12)
-    return not any(
-        _moves(body.local_translations[:, joint], still) or _largest_turn(body.rotations[:, joint]) > _STILL
-        for joint in range(1, body.skeleton.n_joints)
-    )
+    known = _RIGID.get(motion)
+    if known is None:
+        body = body_of(motion)
+        still = _STILL * max(_extent(body.skeleton), 1e-12)
+        known = _RIGID[motion] = not any(
+            _moves(body.local_translations[:, joint], still) or _largest_turn(body.rotations[:, joint]) > _STILL
+            for joint in range(1, body.skeleton.n_joints)
+        )
+    return known
 
 
 # Kept as long as the motion is, which does not change.
 _JOINTS: WeakKeyDictionary[Moving, int] = WeakKeyDictionary()
 _BODIES: WeakKeyDictionary[Moving, tuple[int, Moving]] = WeakKeyDictionary()
+_RIGID: WeakKeyDictionary[Moving, bool] = WeakKeyDictionary()
 
 
 def _find(motion: Moving) -> int:

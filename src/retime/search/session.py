@@ -6,6 +6,7 @@ alike: a session keeps them, so that only the search runs again when a keytime i
 
 from __future__ import annotations
 
+import hashlib
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -46,12 +47,21 @@ from retime.search.score_table import ScoreTables
 from retime.search.stage_clock import StageClock
 from retime.search.wishes.allowed import forbid
 from retime.search.wishes.locks import Lock
-from retime.search.wishes.prices import add_smoothness, end_prices, neutral_weights, weigh_neutral
+from retime.search.wishes.prices import (
+    add_after,
+    add_smoothness,
+    among_every,
+    end_prices,
+    neutral_weights,
+    weigh_neutral,
+)
 from retime.search.wishes.tempo import Tempo, chosen_weights, flights_of, tempo_of, tempo_prices
 
 DEFAULT_RATE = 30
 # Frames in which most clips show already that something changes.
 _FEW_FRAMES = 1024
+# Frames at which any step may follow any, whose scores are kept: more than a document has keytimes, mostly.
+_LOOSE_KEPT = 256
 
 
 class Session:
@@ -128,6 +138,8 @@ class Session:
         # How the heuristic is read: as a band so wide about its coarse path, or (None) as keytimes.
         self.slack: int | None = SLACK
         self._tables = ScoreTables()
+        # Scores of frames at which any step may follow any, by the poses around them.
+        self._loose_rows: dict[tuple[bytes, bytes, int, int], FloatArray] = {}
         # The input as it was unrolled last: its times, and its poses.
         self._poses: tuple[FloatArray, FloatArray] | None = None
         self._tempo: Tempo | None = None
@@ -278,10 +290,10 @@ class Session:
                     itself=self.itself,
                 )
                 left_out = content_without_gaps(self._tracks, plan.reduction, steps, left_out)
-                costs += left_out[:, steps.after]
+                add_after(costs, left_out, steps)
                 first = first + left_out[0]
             if tempo is not None:
-                costs += tempo[:, steps.after]
+                add_after(costs, tempo, steps)
                 first = first + tempo[0]
             if plan.request.wishes.any:
                 forbid(costs, plan.allowed, steps)
@@ -325,12 +337,26 @@ class Session:
         limited, every = plan.steps, StepPairs.of(plan.steps.steps)
         if not plan.loose or limited.n_pairs == every.n_pairs:
             return limited, scores.copy()
-        costs = np.full((len(scores), every.n_pairs), np.inf)
-        costs[:, every.pair_of(limited.steps[limited.before], limited.steps[limited.after])] = scores
+        costs = among_every(scores, limited, every)
         for frame in plan.loose:
             begin, end = max(0, frame - every.longest), min(len(poses), frame + every.longest + 1)
-            costs[frame] = self._triples(poses[begin:end], every, self._model)[frame - begin]
+            costs[frame] = self._loose_scores(poses[begin:end], every, frame - begin)
         return every, scores_without_gaps(self._tracks, plan.reduction, costs)
+
+    def _loose_scores(self, around: FloatArray, every: StepPairs, frame: int) -> FloatArray:
+        """Score the triples in the middle of few frames; kept, for a keytime that is dragged shows the same pose long.
+
+        To score a single frame takes as long as to make the reference ready: a fifth of a whole search.
+        """
+        key = hashlib.blake2b(around.tobytes()).digest(), every.steps.tobytes(), len(around), frame
+        known = self._loose_rows.pop(key, None)
+        if known is None:
+            known = self._triples(around, every, self._model)[frame]
+        # The last one asked for stands last.
+        self._loose_rows[key] = known
+        while len(self._loose_rows) > _LOOSE_KEPT:
+            del self._loose_rows[next(iter(self._loose_rows))]
+        return known
 
     def _find(self, task: PathTask, poses: FloatArray, neutral: bool) -> tuple[FramePath, float | None]:
         """Find the path by the method that is asked for; of the heuristic also its excess."""
@@ -351,7 +377,7 @@ class Session:
                         evenness=request.evenness,
                         keep_flights=request.keep_flights,
                     )
-                    scores += prices[:, steps.after]
+                    add_after(scores, prices, steps)
                 return scores.reshape(-1, max_skip, max_skip)
 
             return heuristic_path(replace(task, search="priced"), every, coarse_scores, slack=self.slack)

@@ -63,17 +63,17 @@ def _mean_around(t: FloatArray, w: FloatArray, times: FloatArray, half: FloatArr
     piece = np.searchsorted(t, low, side="right") - 1
     last = np.searchsorted(t, high, side="left") - 1
     centre = np.interp(times, t, w)
+    # Reflected about an end, the shortest pieces may be rounded to a length of 0.
+    width = np.diff(t)
+    slopes = np.diff(w) / np.where(width > 0, width, np.inf)
     area = np.zeros(len(times))
-    while True:
-        live = piece <= last
-        if not live.any():
-            break
-        here = np.where(live, piece, last)
-        a, b = np.maximum(low, t[here]), np.minimum(high, t[here + 1])
-        # Reflected about an end, the shortest pieces may be rounded to a length of 0.
-        width = t[here + 1] - t[here]
-        slope = (w[here + 1] - w[here]) / np.where(width > 0, width, np.inf)
-        middle = w[here] + slope * ((a + b) / 2 - t[here]) - centre
-        area += np.where(live, (b - a) * middle, 0.0)
-        piece = piece + 1
+    live = np.flatnonzero(piece <= last)
+    while len(live):
+        here = piece[live]
+        begin = t[here]
+        a, b = np.maximum(low[live], begin), np.minimum(high[live], t[here + 1])
+        middle = w[here] + slopes[here] * ((a + b) / 2 - begin) - centre[live]
+        area[live] += (b - a) * middle
+        piece[live] += 1
+        live = live[piece[live] <= last[live]]
     return np.asarray(centre + area / (2 * half))

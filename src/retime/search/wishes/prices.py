@@ -13,6 +13,42 @@ from retime.kernels import StepPairs
 from retime.search.reduction import Reduction
 from retime.search.wishes.allowed import span_ranges
 
+# Rows that are worked on at once: what they need stays near the processor.
+_ROWS = 1024
+
+
+def add_after(scores: FloatArray, prices: FloatArray, steps: StepPairs) -> None:
+    """Charge each triple the price of its second step, in place.
+
+    Parameters
+    ----------
+    scores : float array, shape (n_input, n_pairs)
+        Of the triples.
+    prices : float array, shape (n_input, n_steps)
+        What each step costs where it begins.
+    steps : StepPairs
+        The steps.
+    """
+    for first in range(0, len(scores), _ROWS):
+        some = scores[first : first + _ROWS]
+        some += np.take(prices[first : first + _ROWS], steps.after, axis=1)
+
+
+def among_every(scores: FloatArray, steps: StepPairs, every: StepPairs) -> FloatArray:
+    """Put scores of pairs of steps among those of all pairs, shape (n_input, n_pairs); the others are infinite."""
+    n_pairs = scores.shape[1]
+    places = np.full(every.n_pairs, n_pairs)
+    places[every.pair_of(steps.steps[steps.before], steps.steps[steps.after])] = np.arange(n_pairs)
+    out = np.empty((len(scores), every.n_pairs))
+    # One more column, for those that there are not.
+    some = np.full((_ROWS, n_pairs + 1), np.inf)
+    for first in range(0, len(scores), _ROWS):
+        n = min(_ROWS, len(scores) - first)
+        some[:n, :n_pairs] = scores[first : first + n]
+        # Places lie inside by their making; to say so saves a buffer.
+        np.take(some[:n], places, axis=1, out=out[first : first + n], mode="clip")
+    return out
+
 
 def add_smoothness(
     scores: FloatArray, weight: float, reduction: Reduction, steps: StepPairs, *, unit: float | None = None
