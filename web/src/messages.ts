@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 10;
+export const VERSION = 11;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
@@ -472,9 +472,8 @@ export interface Curve {
   readonly input_times: Float64Array;
   readonly linear_output_times: Float64Array;
   readonly linear_input_times: Float64Array;
-  readonly spline_output_times: Float64Array;
-  readonly spline_input_times: Float64Array;
-  readonly costs: Float64Array;
+  readonly spline_begins: Float64Array;
+  readonly spline_ends: Float64Array;
   readonly given_up: readonly string[];
   readonly spoken_share: number | null;
   readonly unspoken: Float64Array;

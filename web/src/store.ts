@@ -5,6 +5,7 @@ import { type Flight, flightsOf } from "./flights";
 import { type Beside, NOTHING_BESIDE } from "./media/beside";
 import type { Clip, Curve, Document, Problem, Progress, State, Why } from "./messages";
 import { type PlaybackState, STILL, seek } from "./playback";
+import { splineOf } from "./spline";
 import { PLAIN_VIEW, recallView, rememberView, type ViewSettings } from "./view_settings";
 import { inputAt, type Knots } from "./warp";
 import type { Match } from "./why";
@@ -242,7 +243,7 @@ export class Store {
       return { outputTimes: this.curve.linear_output_times, inputTimes: this.curve.linear_input_times };
     }
     if (companion === "spline") {
-      return { outputTimes: this.curve.spline_output_times, inputTimes: this.curve.spline_input_times };
+      return splineOf(this.curve);
     }
     return this.kept.get(companion.kept) ?? null;
   }

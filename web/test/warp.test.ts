@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import { splineOf } from "../src/spline";
 import { inputAt, type Knots, outputAt, pieceAt, slopes, speedAt } from "../src/warp";
 import { outputByScan, randomNumbers } from "./outputs";
 import golden from "./warp_golden.json";
@@ -15,6 +16,22 @@ describe.each(golden.cases)("a warp with $name", (one) => {
 
   it("plays at Python's speeds", () => {
     one.at.forEach((time, i) => expect(speedAt(warp, time)).toBeCloseTo(one.speeds[i] as number, 9));
+  });
+});
+
+describe.each(golden.splines)("a spline with $name", (one) => {
+  const spline = splineOf({
+    rate: one.rate,
+    key_output_times: Float64Array.from(one.key_output_times),
+    key_input_times: Float64Array.from(one.key_input_times),
+    spline_begins: Float64Array.from(one.spline_begins),
+    spline_ends: Float64Array.from(one.spline_ends),
+  });
+
+  it("has Python's knots", () => {
+    expect(spline.outputTimes).toHaveLength(one.output_times.length);
+    one.output_times.forEach((time, i) => expect(spline.outputTimes[i]).toBeCloseTo(time, 12));
+    one.input_times.forEach((time, i) => expect(spline.inputTimes[i]).toBeCloseTo(time, 12));
   });
 });
 

@@ -29,7 +29,7 @@ from retime.search.session import Session
 from retime.search.wishes.locks import Lock
 from retime.search.wishes.tempo import flights_of
 from retime.warp.curve import Warp
-from retime.warp.spline import linear_warp, spline_warp
+from retime.warp.spline import linear_warp, span_slopes
 
 # Seconds: closer than this, two input times are one.
 _NEAR = 1e-9
@@ -310,10 +310,10 @@ def key_of(key: Key) -> tuple[float, float] | tuple[float, float, float]:
     return pair if key.speed is None else (*pair, key.speed)
 
 
-def ghosts(solution: Solution) -> tuple[Warp, Warp]:
-    """Return what an animator has today through the same keytimes: straight lines, and the spline."""
+def ghosts(solution: Solution) -> tuple[Warp, tuple[FloatArray, FloatArray]]:
+    """Return what an animator has today through the same keytimes: straight lines, and the spline's slopes."""
     keytimes = solution.warp.keytimes
     with warnings.catch_warnings():
         # A tangent may be too steep for a spline; that says nothing about the guided warp, so nobody is warned.
         warnings.simplefilter("ignore", RetimeWarning)
-        return linear_warp(keytimes), spline_warp(keytimes, rate=float(solution.sources.clips[0].rate))
+        return linear_warp(keytimes), span_slopes(keytimes)

@@ -176,7 +176,7 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
     """Draw a solution."""
     warp, search = solution.warp, solution.search
     rate = float(solution.sources.clips[0].rate)
-    linear, spline = ghosts(solution)
+    linear, (begins, ends) = ghosts(solution)
     reading = None if search is None else search.example
     hand = solution.hand
     return Curve(
@@ -199,9 +199,8 @@ def curve_message(revision: int, solution: Solution, solve_ms: float) -> Curve:
         input_times=warp.input_times,
         linear_output_times=linear.output_times,
         linear_input_times=linear.input_times,
-        spline_output_times=spline.output_times,
-        spline_input_times=spline.input_times,
-        costs=np.zeros(0) if search is None else np.concatenate([[np.nan], search.path.scores, [np.nan]]),
+        spline_begins=begins,
+        spline_ends=ends,
         given_up=() if search is None else search.given_up,
         spoken_share=None if reading is None else reading.share,
         unspoken=np.array(() if reading is None else reading.unspoken, dtype=np.float64).reshape(-1, 2),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 10
+VERSION = 11
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -603,13 +603,13 @@ class Curve:
     method : str
         How it was found.
     analysis_rate : float
-        Of `costs`, Hz.
+        Frames a second that the search looks at.
     max_skip, upsample : int
         As the search used them; 0 where there was none.
     evenness, keep_flights : float
         The same: what holds where nobody says it depends on the clip.
     total, lower_bound : float, optional
-        The sum of the costs, and what no path undercuts.
+        What the search paid, and what no path undercuts.
     optimal : bool
         Whether the path is proved to be the best.
     solve_ms : float
@@ -620,10 +620,9 @@ class Curve:
         The warp's knots.
     linear_output_times, linear_input_times : float64 arrays
         Knots of the straight lines through the keytimes.
-    spline_output_times, spline_input_times : float64 arrays
-        Knots of the spline through the keytimes.
-    costs : float64 array
-        What the search paid for each output frame at the analysis rate; nan at the ends. Empty where there was none.
+    spline_begins, spline_ends : float64 arrays, shape (n_keys - 1,)
+        The slopes with which the spline through the keytimes begins and ends each span. Its knots, as many as those of
+        the warp, the page works out: while a keytime is dragged half of what is sent would be them.
     given_up : list of str
         What of locks, tangents and limits could be kept only to within a rounding, in sentences.
     spoken_share : float, optional
@@ -655,9 +654,8 @@ class Curve:
     input_times: Float64s
     linear_output_times: Float64s
     linear_input_times: Float64s
-    spline_output_times: Float64s
-    spline_input_times: Float64s
-    costs: Float64s
+    spline_begins: Float64s
+    spline_ends: Float64s
     given_up: tuple[str, ...]
     spoken_share: float | None
     unspoken: Float64s

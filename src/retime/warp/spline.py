@@ -92,9 +92,34 @@ def spline_warp(keytimes: Sequence[KeytimeLike], *, rate: str | float | Fraction
     n_knots = max(2, round((end - start) * per_second) + 1)
     times = add_times(output_times, np.linspace(start, end, n_knots))
     begin, end_slopes = _with_tangents(ordered, pchip_slopes(output_times, input_times))
+    # The page works this out as it is done here, in web/src/spline.ts.
     values = _cubics(output_times, input_times, begin, end_slopes, times)
     values[np.searchsorted(times, output_times)] = input_times
     return Warp(times, values, ordered, method="spline")
+
+
+def span_slopes(keytimes: Sequence[KeytimeLike]) -> tuple[FloatArray, FloatArray]:
+    """Return what `spline_warp` needs besides the keytimes: the slopes with which each span begins and ends.
+
+    Parameters
+    ----------
+    keytimes : sequence of Keytime, or of (input time, output time) or (input time, output time, speed)
+        At least two; seconds.
+
+    Returns
+    -------
+    (float array, float array), each of shape (n_keytimes - 1,)
+
+    Examples
+    --------
+    >>> begin, end = span_slopes([(0.0, 0.0), (1.0, 1.0, 2.0), (3.0, 2.0)])
+    >>> begin.round(3).tolist(), end.round(3).tolist()
+    ([0.5, 2.0], [2.0, 2.5])
+    """
+    ordered = _ordered(keytimes)
+    output_times = np.array([key.output_time for key in ordered])
+    input_times = np.array([key.input_time for key in ordered])
+    return _with_tangents(ordered, pchip_slopes(output_times, input_times))
 
 
 def pchip_slopes(output_times: FloatArray, input_times: FloatArray) -> FloatArray:

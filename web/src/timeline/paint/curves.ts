@@ -1,5 +1,6 @@
 /** The curves: which pose is shown when, and how fast that plays. */
 
+import { splineOf } from "../../spline";
 import { at, inputAt, type Knots, outputEnd, outputStart, pieceAt, slopes } from "../../warp";
 import { inputY, outputX, speedY } from "../layout";
 import { type Canvas, clipped } from "./canvas";
@@ -14,9 +15,8 @@ export function mapCurves(canvas: Canvas, knots: Knots): void {
   if (!curve) return;
   clipped(canvas, layout.map, () => {
     const linear = { outputTimes: curve.linear_output_times, inputTimes: curve.linear_input_times };
-    const spline = { outputTimes: curve.spline_output_times, inputTimes: curve.spline_input_times };
     mapCurve(canvas, linear, palette.muted, 1.1, [5, 3]);
-    mapCurve(canvas, spline, palette.spline, 1.1, [7, 3, 1.5, 3]);
+    mapCurve(canvas, splineOf(curve), palette.spline, 1.1, [7, 3, 1.5, 3]);
     const kept = typeof store.view.companion === "object" ? store.companionKnots : null;
     if (kept) mapCurve(canvas, kept, palette.spline, 2, []);
     mapCurve(canvas, knots, palette.output, 2.2, []);
@@ -35,7 +35,7 @@ export function speedCurves(canvas: Canvas): void {
     speedCurve(canvas, { outputTimes: curve.linear_output_times, inputTimes: curve.linear_input_times });
     pen.setLineDash([7, 3, 1.5, 3]);
     pen.strokeStyle = palette.spline;
-    speedCurve(canvas, { outputTimes: curve.spline_output_times, inputTimes: curve.spline_input_times });
+    speedCurve(canvas, splineOf(curve));
     pen.setLineDash([]);
     const kept = typeof store.view.companion === "object" ? store.companionKnots : null;
     if (kept) {
