@@ -45,6 +45,11 @@ export interface AppOptions {
 /** While something is dragged, the panels follow when the hand has rested for some milliseconds, or after so many. */
 const PANELS_REST = 80;
 const PANELS_MOST = 1000;
+/**
+ * Milliseconds between what the panels show while it plays. Nobody reads numbers that change more often, and to lay out
+ * and paint them anew takes the browser more than the page's own work for a picture.
+ */
+const PANELS_PLAYED = 50;
 
 export class App {
   readonly connection: Connection;
@@ -68,6 +73,8 @@ export class App {
   private readonly ends = new AbortController();
   /** What the panels have not shown yet. */
   private readonly unshown = new Set<Topic>();
+  /** When they showed it last, as `performance.now()` counts. */
+  private panelsShown = -Infinity;
   private readonly panelsLater = new WhenQuiet(() => this.showPanels(), PANELS_REST, PANELS_MOST);
 
   constructor(
@@ -273,12 +280,19 @@ export class App {
     if (changed.has("curve")) tellLatency(this.root, this.connection.takeMoves());
     this.stage.update(changed);
     for (const topic of changed) this.unshown.add(topic);
-    if (!store.dragging) this.showPanels();
     // Whoever drags looks at the curve: that is painted first, and the panels follow when there is time.
-    else this.panelsLater.ask();
+    if (store.dragging) this.panelsLater.ask();
+    else if (!this.playsOn(changed)) this.showPanels();
+  }
+
+  /** Whether it plays, and the panels have shown a moment short enough ago. */
+  private playsOn(changed: ReadonlySet<Topic>): boolean {
+    const isOld = performance.now() - this.panelsShown >= PANELS_PLAYED;
+    return this.player.isPlaying && !isOld && [...changed].every((topic) => topic === "playhead");
   }
 
   private showPanels(): void {
+    this.panelsShown = performance.now();
     this.panelsLater.cancel();
     const changed = new Set(this.unshown);
     this.unshown.clear();

@@ -117,6 +117,11 @@ try {
   );
   await page.keyboard.press("Space");
   await until(inView, true);
+  // The panels follow now and then while it plays; once it stands they say where: a frame on is the next one.
+  await editor.frames(3);
+  const stands = await editor.frame("output");
+  await page.keyboard.press("ArrowRight");
+  await until(() => editor.frame("output"), stands + 1);
   // The bar moves along; its ends zoom; a double-click shows all.
   await page.keyboard.press("Home");
   await until(inView, true);

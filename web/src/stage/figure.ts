@@ -1,6 +1,7 @@
 /** A figure of the stage: tapered bones and round joints, drawn as two sets of instances. */
 
 import * as THREE from "three";
+import { mergeVertices } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Clip } from "../messages";
 import { at } from "../warp";
 import { sidesOf } from "./align";
@@ -17,11 +18,21 @@ export function linksOf(clip: Clip): readonly (readonly [number, number])[] {
   return clip.parents.flatMap((parent, node) => (parent >= 0 ? [[parent, node] as const] : []));
 }
 
-/** A bone of length and thickness 1, upward from its joint, thinner toward its end. */
+/** A bone of length and thickness 1, upward from its joint, thinner toward its end; open, for both ends lie inside of joints. */
 export function boneGeometry(): THREE.CylinderGeometry {
-  const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, false);
+  const bone = new THREE.CylinderGeometry(0.62, 1, 1, 7, 1, true);
   bone.translate(0, 0.5, 0);
   return bone;
+}
+
+/** A ball of radius 1, whose faces share their corners: where the processor draws, each corner is worked out once. */
+export function jointGeometry(): THREE.BufferGeometry {
+  const ball = new THREE.IcosahedronGeometry(1, 1);
+  // Where a picture would lie on it differs from face to face, and there is none.
+  ball.deleteAttribute("uv");
+  const shared = mergeVertices(ball);
+  ball.dispose();
+  return shared;
 }
 
 export class Figure {
@@ -63,11 +74,7 @@ export class Figure {
     });
     if (look.opacity < 1) this.material.depthWrite = false;
     this.bones = new THREE.InstancedMesh(boneGeometry(), this.material, Math.max(this.links.length, 1));
-    this.joints = new THREE.InstancedMesh(
-      new THREE.IcosahedronGeometry(1, 1),
-      this.material,
-      Math.max(clip.n_nodes, 1),
-    );
+    this.joints = new THREE.InstancedMesh(jointGeometry(), this.material, Math.max(clip.n_nodes, 1));
     this.bones.frustumCulled = false;
     this.joints.frustumCulled = false;
     this.object.add(this.bones, this.joints);

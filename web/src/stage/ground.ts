@@ -7,6 +7,30 @@ export interface Travel {
   readonly high: THREE.Vector3;
 }
 
+/** X and Z. */
+export type Place = readonly [number, number];
+
+/**
+ * A line from place to place, in as few straight pieces as show how strong it is at each; what is not seen is left out.
+ *
+ * Where the motion goes all of a line is equally strong. Drawn cell by cell, the ground of a long take is tens of
+ * thousands of lines a picture, which costs a processor more than the figures do.
+ */
+export function fewPieces(line: readonly Place[], strength: (place: Place) => number): [Place, Place][] {
+  const pieces: [Place, Place][] = [];
+  let even = false;
+  for (const [i, to] of line.entries()) {
+    const from = line[i - 1];
+    if (!from) continue;
+    const [before, after] = [strength(from), strength(to)];
+    const last = pieces.at(-1);
+    if (before === after && even && last) last[1] = to;
+    else if (before > 0 || after > 0) pieces.push([from, to]);
+    even = before === after && after > 0;
+  }
+  return pieces;
+}
+
 export class Ground {
   readonly object: THREE.LineSegments;
   private readonly geometry = new THREE.BufferGeometry();
@@ -26,26 +50,28 @@ export class Ground {
     }
     const positions: number[] = [];
     const colors: number[] = [];
-    const put = (x: number, z: number): void => {
+    const strength = ([x, z]: Place): number => {
       const outside = Math.hypot(
         Math.max(travel.low.x - x, 0, x - travel.high.x),
         Math.max(travel.low.z - z, 0, z - travel.high.z),
       );
-      positions.push(x, level, z);
-      colors.push(color.r, color.g, color.b, 0.9 * Math.max(0, 1 - outside / margin) ** 1.5);
+      return 0.9 * Math.max(0, 1 - outside / margin) ** 1.5;
     };
-    for (let i = x0; i <= x1; i++) {
-      for (let j = z0; j <= z1; j++) {
-        if (i < x1) {
-          put(i * cell, j * cell);
-          put((i + 1) * cell, j * cell);
-        }
-        if (j < z1) {
-          put(i * cell, j * cell);
-          put(i * cell, (j + 1) * cell);
-        }
+    const put = ([x, z]: Place): void => {
+      positions.push(x, level, z);
+      colors.push(color.r, color.g, color.b, strength([x, z]));
+    };
+    const draw = (line: readonly Place[]): void => {
+      for (const [from, to] of fewPieces(line, strength)) {
+        put(from);
+        put(to);
       }
-    }
+    };
+    const whole = (first: number, last: number): number[] =>
+      Array.from({ length: last - first + 1 }, (_, n) => (first + n) * cell);
+    const [xs, zs] = [whole(x0, x1), whole(z0, z1)];
+    for (const z of zs) draw(xs.map((x) => [x, z]));
+    for (const x of xs) draw(zs.map((z) => [x, z]));
     this.geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
     this.geometry.setAttribute("color", new THREE.Float32BufferAttribute(colors, 4));
     this.object = new THREE.LineSegments(this.geometry, this.material);

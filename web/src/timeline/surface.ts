@@ -7,7 +7,7 @@ import { unitsOf } from "../units";
 import { outputEnd } from "../warp";
 import type { Layout, Scales } from "./layout";
 import type { Canvas } from "./paint/canvas";
-import { paintBackdrop, paintForeground, paintMarkers } from "./paint/painter";
+import { markersAt, paintBackdrop, paintForeground, paintMarkers } from "./paint/painter";
 
 export class Surface {
   readonly canvas = make("canvas", {
@@ -21,6 +21,8 @@ export class Surface {
   /** What stays while a curve changes, and what it was painted of: text and many small marks take milliseconds. */
   private readonly backdrop = document.createElement("canvas");
   private backdropOf: readonly unknown[] = [];
+  /** Where the playhead and the pointer are painted, and of what. */
+  private where = "";
 
   constructor(
     private readonly store: Store,
@@ -44,7 +46,10 @@ export class Surface {
       palette: theme.palette,
     });
     const marker = marked.getContext("2d");
-    if (marker) {
+    const { where } = this;
+    this.where = `${marked.width} ${marked.height} ${markersAt(store, layout, scales)}`;
+    // Of a long take the playhead goes on by a pixel in many pictures.
+    if (marker && !(onlyMarkers(changed) && this.where === where)) {
       marker.setTransform(ratio, 0, 0, ratio, 0, 0);
       paintMarkers(canvasOf(marker));
     }

@@ -1,5 +1,8 @@
 /** What is drawn on the timeline's canvases, everything that is not a handle, from the back to the front. */
 
+import type { Store } from "../../store";
+import { rowAt } from "../../why";
+import { type Layout, outputX, type Scales } from "../layout";
 import { frames, inputAxis, outputAxis, speedAxis } from "./axes";
 import { type Canvas, FONT } from "./canvas";
 import { mapCurves, speedCurves } from "./curves";
@@ -54,6 +57,14 @@ export function paintForeground(canvas: Canvas): void {
     workArea(canvas, knots);
   }
   markers(canvas);
+}
+
+/** Which pixels the playhead and the pointer stand on, and which matches are shown: the same, and so are the markers. */
+export function markersAt(store: Store, layout: Layout, scales: Scales): string {
+  const { hover, why, playback } = store;
+  const pixel = (time: number): number => Math.round(outputX(layout, scales, time));
+  const row = why ? rowAt(why, store.lookedAt) : null;
+  return `${pixel(playback.outputTime)} ${hover === null ? null : pixel(hover)} ${row}`;
 }
 
 /** What moves while nothing else does: the playhead, the pointer, and what belongs to the frame that is looked at. */
