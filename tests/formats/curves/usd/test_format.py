@@ -475,13 +475,106 @@ def test_clips_that_a_scene_has_get_other_times(tmp_path: Path) -> None:
     for code in np.arange(0, 48.0):
         shown = before.GetAttributeAtPath("/A.x").Get(float(warp(code / 24)) * 24)
         np.testing.assert_allclose(after.GetAttributeAtPath("/A.x").Get(code), shown, atol=1e-6)
-    (tmp_path / "c.usda").write_text(
-        WITH_CLIPS.replace(
-            "asset[] assetPaths", 'string templateAssetPath = "./x.#.usd"\n            asset[] assetPaths'
+
+
+TEMPLATE = """#usda 1.0
+(
+    startTimeCode = 0
+    endTimeCode = 8
+)
+def "A" (
+    clips = {{
+        dictionary default = {{
+            string primPath = "/A"
+            string templateAssetPath = "./c/w.{}.usda"
+            double templateStartTime = {}
+            double templateEndTime = {}
+            double templateStride = {}
+{}        }}
+    }}
+)
+{{
+    double x
+}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("marks", "start", "end", "stride", "offset", "files"),
+    [
+        ("###", 1, 5, 1, None, {"001": 1, "002": 2, "003": 3, "005": 5}),
+        ("#", 1, 7, 2, None, {"1": 1, "3": 3, "5": 5, "6": 6, "7": 7}),
+        ("##", 1, 5, 1, -0.25, {"01": 1, "02": 2, "03": 3, "05": 5}),
+        ("##", 1, 5, 2, 0.25, {"01": 1, "03": 3, "05": 5}),
+        ("##.##", 1, 4, 0.5, None, {"01.00": 1, "01.50": 1.5, "02.50": 2.5, "03.00": 3, "04.00": 4}),
+    ],
+)
+def test_clips_named_by_a_template_are_named_one_by_one(
+    tmp_path: Path, marks: str, start: float, end: float, stride: float, offset: float | None, files: dict[str, float]
+) -> None:
+    (tmp_path / "c").mkdir()
+    for name, at in files.items():
+        samples = f"{at}: {10 * at}, {at + 0.5}: {10 * at + 5}, {at + 1}: {10 * at + 7}"
+        (tmp_path / "c" / f"w.{name}.usda").write_text(
+            f'#usda 1.0\nover "A"\n{{\n    double x.timeSamples = {{ {samples} }}\n}}\n'
         )
-    )
-    with pytest.raises(FormatError, match="named by a template"):
-        retime.read(tmp_path / "c.usda")
+    more = "" if offset is None else f"            double templateActiveOffset = {offset}\n"
+    path = tmp_path / "a.usda"
+    path.write_text(TEMPLATE.format(marks, start, end, stride, more))
+    old = literal.opened(path)
+    before = old.GetAttributeAtPath("/A.x")
+    # The plain warp shows what is written out, every quarter of a code and beyond the first and the last clip.
+    warps = Warp([0.0, 8 / 24], [0.0, 8 / 24]), Warp([0.0, 0.1, 0.2, 0.5], [0.0, 3 / 24, 3 / 24, 8 / 24])
+    for number, warp in enumerate(warps):
+        place = tmp_path / f"b{number}.usda"
+        retime_file(path, place, warp, tolerance=0)
+        new = literal.opened(place)
+        after = new.GetAttributeAtPath("/A.x")
+        for code in np.arange(0, warp.output_end * 24, 0.25):
+            shown = float(warp(code / 24)) * 24
+            # Where one clip follows another, rounding may show either.
+            if min(abs(shown - time - by) for time in files.values() for by in (0.0, offset or 0.0)) > 1e-3:
+                assert after.Get(code) == pytest.approx(before.Get(shown), abs=1e-5), (code, shown)
+    assert "templateAssetPath" not in place.read_text()
+    assert retime.read(path).n_frames > 1
+
+
+def test_a_knot_where_usd_blends_from_clip_to_clip_is_refused(tmp_path: Path) -> None:
+    """Between a clip's last sample and the next clip USD blends; at a knot of the clips' times it would hold."""
+    for i in range(5):
+        (tmp_path / f"w.{i}.usda").write_text(
+            f'#usda 1.0\nover "A"\n{{\n    double x.timeSamples = {{ {i}: {i * i} }}\n}}\n'
+        )
+    path = tmp_path / "a.usda"
+    path.write_text(TEMPLATE.format("#", 0, 4, 1, "").replace("./c/", "./"))
+    with pytest.raises(FormatError, match=r"code 1\.5 the warp bends.*last time that \./w\.1\.usda says.*--flatten"):
+        retime_file(path, tmp_path / "b.usda", Warp([0.0, 2.5 / 24, 6 / 24], [0.0, 1.5 / 24, 4 / 24]), tolerance=0)
+    # On a clip's own sample it does no harm.
+    warp = Warp([0.0, 3 / 24, 6 / 24], [0.0, 1 / 24, 4 / 24])
+    retime_file(path, tmp_path / "b.usda", warp, tolerance=0)
+    old, new = literal.opened(path), literal.opened(tmp_path / "b.usda")
+    for code in np.arange(0, 6, 0.25):
+        shown = old.GetAttributeAtPath("/A.x").Get(float(warp(code / 24)) * 24)
+        assert new.GetAttributeAtPath("/A.x").Get(code) == pytest.approx(shown, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("double templateStride = 1", "double templateStride = 0", "by 0 name no clips, or too many"),
+        ("double templateEndTime = 5", "double templateEndTime = 1e11", "name no clips, or too many"),
+        ("double templateEndTime = 5\n", "", "templateEndTime is not there"),
+        ("w.##.usda", "w.usda", "is no template"),
+        ("./c/w.##.usda", "../w.##.usda", "leaves its folder"),
+        ("string primPath", "asset[] assetPaths = [@./one.usda@]\n            string primPath", "one by one as well"),
+    ],
+)
+def test_templates_that_name_no_clips_are_refused(tmp_path: Path, old: str, new: str, told: str) -> None:
+    text = TEMPLATE.format("##", 1, 5, 1, "")
+    assert old in text
+    (tmp_path / "a.usda").write_text(text.replace(old, new))
+    with pytest.raises(FormatError, match=told):
+        retime.read(tmp_path / "a.usda")
 
 
 def test_a_layer_over_shows_samples_of_another_layer_and_clips_do_not(tmp_path: Path) -> None:

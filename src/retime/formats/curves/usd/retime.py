@@ -214,7 +214,7 @@ def _retimed_layer(
     for path in prims_with_clips(layer):
         own = timing_at(path)
         if own is not None:
-            cut_clips(layer, path, own)
+            cut_clips(layer, path, own, source)
     refuse_old_clips(layer)
     _move_ends(layer, timing, used, is_root=is_root)
     return layer, left

@@ -18,6 +18,7 @@ from pxr import Ar, Sdf, Tf, Usd
 
 from retime.errors import FormatError
 from retime.files import note_read, read_bytes
+from retime.formats.curves.usd.clip_template import unroll_templates
 from retime.formats.curves.usd.package import unpacked
 from retime.formats.read_options import Limits
 
@@ -118,6 +119,10 @@ def open_scene(name: str, data: bytes, folder: Path | None, work: Path, outside:
     gathered = _Gathered(work, folder, limits, outside)
     gathered.look_at(root, PurePosixPath(root.relative_to(work).as_posix()))
     place = root
+    if gathered.unrolled:
+        if gathered.elsewhere:
+            raise FormatError("value clips named by a template can't be followed where files lie outside the folder")
+        data = root.read_bytes()
     if folder is not None and gathered.elsewhere:
         place = folder / name
         if not place.is_file() or place.read_bytes() != data:
@@ -159,6 +164,7 @@ class _Gathered:
         self.used: list[str] = []
         self.missing: list[str] = []
         self.elsewhere = False
+        self.unrolled = False
         self.seen: set[PurePosixPath] = set()
         self.bytes = 0
 
@@ -172,7 +178,11 @@ class _Gathered:
                 # A package may not name what is outside of it, and USD looks for nothing there.
                 unpacked(place.read_bytes(), self.limits)
                 continue
-            for asset in asset_paths(open_layer(place, name.name)):
+            layer = open_layer(place, name.name)
+            if unroll_templates(layer, lambda asset, by=name: self.is_there(asset, by)):  # type: ignore[misc]
+                layer.Export(str(place))
+                self.unrolled = True
+            for asset in asset_paths(layer):
                 found = self.file_of(asset, name)
                 if found is None or found in self.seen:
                     continue
@@ -208,6 +218,16 @@ class _Gathered:
         if self.folder is not None:
             self.inside(found)
         return None
+
+    def is_there(self, asset: str, by: PurePosixPath) -> bool:
+        """Tell whether a file that a layer may name is there."""
+        name = self.file_of(asset, by)
+        if name is None:
+            return False
+        if self.folder is None:
+            return (self.work / name).is_file()
+        real = self.inside(name)
+        return real is not None and real.is_file()
 
     def leaves(self, problem: str) -> None:
         """Note that a file lies elsewhere; raise FormatError where it may not."""
@@ -272,9 +292,6 @@ def asset_paths(layer: Any) -> Iterator[str]:
                 continue
             with naming(f"{path}: {key}", type_name or "none that is known"):
                 value = spec.GetInfo(key)
-            sets = value.values() if key == "clips" and isinstance(value, dict) else ()
-            if any(isinstance(one, dict) and "templateAssetPath" in one for one in sets):
-                raise FormatError(f"{path} has value clips named by a template, which can't be followed")
             _collect(value, found)
     yield from sorted(path for path in found if path)
 
