@@ -66,7 +66,12 @@ def _message(draw: random.Random, page: Page) -> dict[str, Any]:
             {"type": "stop", "revision": draw.choice([0, 1, 5, 10**9])},
             {"type": "anew"},
             {"type": "browse", "folder": draw.choice([None, ".", "d", ".."]), "holds": "clip"},
-            {"type": "find", "path": place, "writing": draw.random() < 0.5},
+            {
+                "type": "find",
+                "path": place,
+                "writing": draw.random() < 0.5,
+                "as_clip": draw.random() < 0.5,
+            },
         ]
     )
 

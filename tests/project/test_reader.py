@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retime.errors import RetimeWarning
+from retime.errors import FormatError, RetimeWarning
 from retime.motion.signal import Signal
 from retime.project.document import ClipFile, Document
 from retime.project.faults import FaultyError
@@ -71,3 +71,41 @@ def test_a_mesh_that_is_damaged_is_told_once_and_the_clip_is_read_all_the_same(t
         assert found.clips[0].n_frames == 20
         (skin,) = Reader().read(Document((ClipFile(str(tmp_path / "whole.glb")),))).skins
     assert skin is not None
+
+
+def test_a_file_that_was_tried_is_read_once_and_only_for_the_next_document(tmp_path: Path, table: str) -> None:
+    (tmp_path / "whole.csv").write_text("time,x\n0,1\n0.1,2\n0.2,4\n0.3,7\n")
+    reader, asked = Reader(), []
+    reader._find = lambda text: asked.append(text) or Path(text)  # type: ignore[func-returns-value]
+    whole = ClipFile(str(tmp_path / "whole.csv"))
+    reader.try_file(whole.path)
+    assert clip_of(reader, whole).values[:, 0].tolist() == [1, 2, 4, 7]
+    assert asked.count(whole.path) == 1
+    # A document without it lets go of it.
+    reader.try_file(str(tmp_path / "whole.csv"))
+    clip_of(reader, ClipFile(table, gaps="keep"))
+    asked.clear()
+    clip_of(reader, whole)
+    assert asked.count(whole.path) == 1
+
+
+def test_a_file_that_only_lacks_words_passes_and_a_broken_one_does_not(tmp_path: Path, table: str) -> None:
+    (tmp_path / "no_rate.csv").write_text("x\n1\n2\n4\n7\n")
+    (tmp_path / "walk.amc").write_text(":DEGREES\n1\nroot 0 0 0 0 0 0\n")
+    (tmp_path / "broken.csv").write_text("time,x\n0,1\n0.1,two\n0.2,3\n")
+    (tmp_path / "walk.doc").write_text("a walk")
+    reader = Reader()
+    for name in ("table.csv", "no_rate.csv", "walk.amc"):
+        reader.try_file(str(tmp_path / name))
+    # Told, the first can be read; by itself it still can't.
+    with pytest.raises(FaultyError, match=r"table\.csv"):
+        reader.read(Document((ClipFile(table),)))
+    (tmp_path / "walk.asf").write_text("no skeleton")
+    for name, says in (
+        ("broken.csv", r"broken\.csv:3"),
+        ("walk.doc", "no format ends in"),
+        ("walk.amc", r"walk\.asf"),
+        ("gone.bvh", "No such file"),
+    ):
+        with pytest.raises((FormatError, OSError), match=says):
+            reader.try_file(str(tmp_path / name))

@@ -15,7 +15,7 @@ import pytest
 
 from retime.progress import look
 from retime.project.document import ClipFile, Document
-from retime.server import solver_thread
+from retime.server import messages, solver_thread
 from retime.server.solver_thread import Findings, Job, SolverThread
 
 # Alone it takes tens of seconds of a processor's time, by which it is told that it was ended: the clock's time tells
@@ -137,3 +137,88 @@ def test_the_editor_ends_at_once(document: Document) -> None:
         until(found, "clip 0")
         begun = time.process_time()
     assert time.process_time() - begun < 3
+
+
+def warp_export(place: Path) -> messages.Export:
+    return messages.Export("warp", str(place), 0, False)
+
+
+def test_a_file_is_read_while_a_search_is_at_work_which_goes_on(document: Document, tmp_path: Path) -> None:
+    (tmp_path / "broken.csv").write_text("time,x\n0,1\n0.1,two\n")
+    answers: queue.Queue[str] = queue.Queue()
+    with solving() as (thread, found):
+        thread.ask(Job(1, 1, document))
+        until(found, "progress")
+        begun = time.process_time()
+        for name in ("walk.csv", "broken.csv"):
+            thread.check(str(tmp_path / name), lambda error, notices: answers.put(str(error)))
+        assert answers.get(timeout=60) == "None"
+        assert "broken.csv:3" in answers.get(timeout=60)
+        assert time.process_time() - begun < 5
+        # What was at work has not been ended.
+        while not found.empty():
+            assert "problem" not in found.get().messages
+        until(found, "progress")
+        thread.cancel(1)
+        until(found, "problem")
+
+
+def test_another_document_ends_the_search_of_the_old_one_at_once(
+    document: Document, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(solver_thread, "_PATIENCE", 600.0)
+    with solving() as (thread, found):
+        thread.ask(Job(1, 1, document))
+        until(found, "progress")
+        begun = time.process_time()
+        thread.ask(Job(2, 2, replace(document, options={"length": "50%"})))
+        assert until(found, "curve").job.revision == 2
+        assert time.process_time() - begun < 8
+
+
+def test_an_export_of_a_search_that_was_ended_is_refused_and_not_begun_anew(document: Document, tmp_path: Path) -> None:
+    answers: queue.Queue[messages.ServerMessage] = queue.Queue()
+    place = tmp_path / "out.json"
+    with solving() as (thread, found):
+        job = Job(1, 1, document)
+        thread.ask(job)
+        until(found, "progress")
+        thread.export(warp_export(place), job, place, answers.put)
+        begun = time.process_time()
+        thread.cancel(1)
+        answer = answers.get(timeout=60)
+        assert time.process_time() - begun < 3
+    assert isinstance(answer, messages.Refused)
+    assert "was stopped" in answer.reason
+    assert not place.exists()
+
+
+def test_an_export_tells_how_far_its_own_search_is_and_can_be_ended(document: Document, tmp_path: Path) -> None:
+    answers: queue.Queue[messages.ServerMessage] = queue.Queue()
+    place = tmp_path / "out.json"
+    with solving() as (thread, found):
+        # Nobody has asked for its curve.
+        thread.export(warp_export(place), Job(3, 1, document), place, answers.put)
+        assert until(found, "progress").job.revision == 3
+        thread.cancel(3)
+        assert isinstance(answers.get(timeout=60), messages.Refused)
+        thread.export(warp_export(place), Job(4, 1, replace(document, options={"length": "50%"})), place, answers.put)
+        assert isinstance(answers.get(timeout=60), messages.Exported)
+    assert place.exists()
+
+
+def test_what_is_to_be_exported_is_not_given_up_for_what_comes_after(
+    document: Document, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(solver_thread, "_PATIENCE", 0.0)
+    answers: queue.Queue[messages.ServerMessage] = queue.Queue()
+    place = tmp_path / "out.json"
+    some = replace(document, options={"length": "150%", "upsample": 2, "max_skip": 8})
+    with solving() as (thread, found):
+        job = Job(1, 1, some)
+        thread.ask(job)
+        until(found, "clip 0")
+        thread.export(warp_export(place), job, place, answers.put)
+        thread.ask(Job(2, 1, replace(document, options={"length": "50%"})))
+        assert [until(found, "curve").job.revision for _ in range(2)] == [1, 2]
+        assert isinstance(answers.get(timeout=60), messages.Exported)

@@ -94,6 +94,30 @@ def test_a_page_asks_whether_a_file_may_be_used(served, tmp_path) -> None:
         assert str(refused).endswith(f"type: retime edit jump.bvh --folder {outside.parent}")
 
 
+def test_a_file_that_is_to_be_a_clip_is_read_before_it_may_be_one(served) -> None:
+    (served.folder / "broken.bvh").write_text("HIERARCHY\nROOT hips\n{\n")
+    (served.folder / "gaps.csv").write_text("time,x\n0,1\n0.1,\n0.2,4\n0.3,7\n")
+    with served.ready_page() as page:
+
+        def asked(path: str) -> str | None:
+            page.say("find", path=path, writing=False, as_clip=True)
+            answer = page.until("found", path=path)
+            assert (answer["place"] == "") == (answer["refused"] is not None)
+            return answer["refused"]
+
+        assert asked("leap.bvh") is None
+        # How its gaps are filled is said once it is there.
+        assert asked("gaps.csv") is None
+        assert asked("camera.csv") is None
+        assert "there is no such file" in str(asked("new.bvh"))
+        assert "broken.bvh:3" in str(asked("broken.bvh"))
+        page.say("find", path="broken.bvh", writing=False)
+        assert page.until("found", path="broken.bvh")["refused"] is None
+        # The document is as it was, and an edit of it is solved.
+        page.edit(options={"length": "80%"})
+        assert page.curve()["type"] == "curve"
+
+
 def test_a_compressed_clip_can_be_dropped_and_opened(served) -> None:
     data = (served.folder / "leap.bvh").read_bytes()
     places = []

@@ -133,3 +133,34 @@ def test_what_was_not_begun_when_it_closes_is_not_done(work) -> None:
     work.may_end.release()
     work.worker.close()
     assert work.begun == [1]
+
+
+def test_asides_are_done_in_the_middle_of_a_job_and_their_faults_are_told() -> None:
+    done: list[str] = []
+    told: list[type[BaseException]] = []
+    begun, asked, over = threading.Event(), threading.Event(), threading.Event()
+
+    def work(job: int) -> None:
+        begun.set()
+        assert asked.wait(30)
+        worker.do_asides()
+        done.append(f"job {job}")
+
+    worker: LatestOnlyThread[int] = LatestOnlyThread(
+        work, name="test", failed=lambda job, error: told.append(type(error))
+    )
+    worker.submit(1)
+    assert begun.wait(30)
+    worker.add(lambda: done.append("errand"))
+    worker.add_aside(lambda: done.append(str(1 // 0)))
+    worker.add_aside(lambda: done.append("aside"))
+    asked.set()
+    worker.add(over.set)
+    assert over.wait(30)
+    # With nothing at work they are done as well.
+    over.clear()
+    worker.add_aside(over.set)
+    assert over.wait(30)
+    worker.close()
+    assert done == ["aside", "job 1", "errand"]
+    assert told == [ZeroDivisionError]

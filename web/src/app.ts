@@ -19,6 +19,7 @@ import { Transport } from "./panels/transport";
 import { WhyPanel } from "./panels/why_panel";
 import { Player } from "./player";
 import { WhenQuiet } from "./quiet";
+import { ClipCheck } from "./shell/clip_check";
 import { Clipboard } from "./shell/clipboard";
 import { DropNote } from "./shell/drop_note";
 import { fileSender, listenForDrops, type TakeFiles, type Upload } from "./shell/files";
@@ -69,6 +70,7 @@ export class App {
   private readonly veil = new Veil();
   private readonly progress: ProgressBar;
   private readonly dropNote: DropNote;
+  private readonly clipCheck: ClipCheck;
   private readonly hint = new Hint(() => this.help());
   private readonly ends = new AbortController();
   /** What the panels have not shown yet. */
@@ -91,6 +93,7 @@ export class App {
     this.theme.listen(() => this.store.recolored());
     this.dropNote = new DropNote(root);
     this.connection = this.makeConnection();
+    this.clipCheck = new ClipCheck(this.connection);
     const send = options.upload
       ? fileSender(
           options.upload,
@@ -98,6 +101,7 @@ export class App {
             if (kind !== "error" || !this.dropNote.refuse(text)) this.notices.say(kind, text);
           },
           (path) => this.openFile(path),
+          (path, take) => this.checkClip(path, take),
         )
       : null;
     this.dialogs = new Dialogs(root, this.store, this.connection, send);
@@ -166,7 +170,9 @@ export class App {
       {
         notice: (kind, text) => notices.say(kind, text),
         listing: (listing) => this.dialogs.list(listing),
-        found: (found) => this.dialogs.found(found),
+        found: (found) => {
+          if (!this.clipCheck.found(found)) this.dialogs.found(found);
+        },
         connected: () => {
           if (this.store.knots) veil.lift();
           this.hint.offer();
@@ -192,6 +198,8 @@ export class App {
             command,
           );
           this.dialogs.lost();
+          this.clipCheck.lost();
+          this.dropNote.taken();
         },
         outdated: () => veil.cover("This page is of another version than its server. Load it again."),
         renewed: () => this.renewed(),
@@ -352,8 +360,27 @@ export class App {
   /** Open a clip or a project; a video or a sound is put beside the one that is open. */
   private openFile(path: string): void {
     const { document } = this.store;
-    if (document && isMedia(path)) this.connection.edit(setMedia(document, { path }), "choose media");
-    else this.connection.open(path);
+    if (document && isMedia(path)) {
+      this.dropNote.taken();
+      this.connection.edit(setMedia(document, { path }), "choose media");
+    } else this.connection.open(path);
+  }
+
+  /** Have a clip read before the document names it; where it can't be, say why where it was dropped, or over the page. */
+  private checkClip(path: string, take: (place: string) => void): void {
+    const name = fileName(path);
+    this.dropNote.tell(`Reading ${name}…`);
+    this.clipCheck.ask(
+      path,
+      (place) => {
+        this.dropNote.taken();
+        take(place);
+      },
+      (reason) => {
+        const words = reason.replaceAll(path, name);
+        if (!this.dropNote.refuse(words)) this.notices.say("error", `Not added: ${words}`);
+      },
+    );
   }
 
   private save(): void {

@@ -176,9 +176,9 @@ export class Connection implements LinkEvents {
     if (progress) this.say({ type: "stop", revision: progress.revision });
   }
 
-  /** Ask whether a file may be read, or written. */
-  find(path: string, writing: boolean): void {
-    this.say({ type: "find", path, writing });
+  /** Ask whether a file may be used; `asClip`: whether it can be read, as one more clip or reference. */
+  find(path: string, { writing = false, asClip = false } = {}): void {
+    this.say({ type: "find", path, writing, as_clip: asClip });
   }
 
   /** Moves whose curve has come since the last call. */

@@ -294,6 +294,7 @@ export interface Find {
   readonly type: "find";
   readonly path: string;
   readonly writing: boolean;
+  readonly as_clip: boolean;
 }
 
 export type PageMessage =

@@ -9,7 +9,9 @@ from pathlib import Path
 from weakref import WeakKeyDictionary
 
 from retime.brief import brief_repr
-from retime.errors import FormatError, RetimeWarning
+from retime.errors import FormatError, RetimeError, RetimeWarning
+from retime.formats.asf import find_asf
+from retime.formats.compressed import plain_path
 from retime.formats.joint_map import read_joint_map
 from retime.formats.read_options import ReadOptions
 from retime.formats.registry import read, skin_of
@@ -115,12 +117,33 @@ class Reader:
         # The files as they were read, and the stretches that were cut out of them.
         self._clips: dict[_Key, AnyMotion] = {}
         self._used: dict[_Key, AnyMotion] = {}
+        # What was tried, for the document that is read next.
+        self._tried: dict[_Key, AnyMotion] = {}
         self._references: dict[tuple[ReferenceFile, tuple[int, ...]], tuple[tuple[AnyMotion, ...], Reference]] = {}
         # Of each further clip: the clip, the first one, the offset, and what came of them.
         self._placed: dict[int, tuple[AnyMotion, AnyMotion, str | None, AnyMotion]] = {}
         # Of each clip as it was read, for as long as that is kept.
         self._skins: WeakKeyDictionary[AnyMotion, Skin | None] = WeakKeyDictionary()
         self._sources: Sources | None = None
+
+    def try_file(self, path: str) -> None:
+        """Read a file that no document names yet; the document that is read next need not read it again.
+
+        What its reader has to be told (a rate, how gaps are filled, the skeleton of an AMC) is told once a document
+        names it, so a file that lacks only that passes.
+
+        Raises
+        ------
+        FormatError, OptionError, InvalidMotionError, OSError
+            It can't be read, or may not be.
+        """
+        file = ClipFile(path=path)
+        place = self._find(path)
+        try:
+            self._tried[_whole(file)] = read_clip(file, place, self._find)
+        except FormatError:
+            if not _lacks_words_alone(file, place, self._find):
+                raise
 
     def read(self, document: Document) -> Sources:
         """Return what a document's files hold; the same value as before, where they are the same files.
@@ -131,6 +154,8 @@ class Reader:
             A file can't be read, or may not be; frames that are not there; a weight that is none. Says of which.
         """
         self._used = {}
+        tried, self._tried = self._tried, {}
+        self._clips = {**self._clips, **tried}
         clips = []
         for i, file in enumerate(document.clips):
             with blaming(Fault(clip=i)):
@@ -194,7 +219,7 @@ class Reader:
 
     def _stretch(self, file: AnyFile, first_frame: int | None, last_frame: int | None) -> AnyMotion:
         """Read a file, or remember it, and cut out the frames used."""
-        whole = (file.path or "", file.fps, file.skeleton, file.up, file.root, file.channels, file.gaps, None, None)
+        whole = _whole(file)
         part = (*whole[:7], first_frame, last_frame)
         for key in (whole, part):
             if key not in self._used:
@@ -230,6 +255,23 @@ class Reader:
         joint_map |= {pair.input: pair.reference for pair in file.joints}
         motion = motions if len(searched) > 1 else first
         return own, Reference(motion, weight=file.weight, mirror=file.mirror, joint_map=joint_map)
+
+
+def _whole(file: AnyFile) -> _Key:
+    return (file.path or "", file.fps, file.skeleton, file.up, file.root, file.channels, file.gaps, None, None)
+
+
+def _lacks_words_alone(file: ClipFile, place: Path, find: Find) -> bool:
+    """Whether a file that can't be read could be, were its reader told what the file does not say."""
+    if plain_path(place).suffix.lower() == ".amc":
+        return find_asf(plain_path(place))[0] is None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            read_clip(replace(file, fps="30", gaps="keep"), place, find)
+    except (RetimeError, OSError):
+        return False
+    return True
 
 
 def _same(a: Sources, b: Sources) -> bool:

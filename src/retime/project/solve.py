@@ -80,6 +80,10 @@ class DocumentSolver:
         """Read a document's files, or return what was read before; see `Reader.read`."""
         return self._reader.read(document)
 
+    def try_file(self, path: str) -> None:
+        """Read a file that no document names yet; see `Reader.try_file`."""
+        self._reader.try_file(path)
+
     def solve(self, document: Document) -> Solution:
         """Find a document's warp.
 
@@ -119,7 +123,8 @@ class DocumentSolver:
         settings = _given(document, "analysis", document.method)
         flights = () if aligns else document.flights
         repeat = document.repeat if aligns else 1.0
-        key = (id(sources), _searched(document), aligns, repeat, flights, *sorted(settings.items()))
+        # Sources are equal where they are the same: held here, no others can take their place in memory.
+        key = (sources, _searched(document), aligns, repeat, flights, *sorted(settings.items()))
         if self._analysed is None or self._analysed[0] != key:
             # Let go of the old analysis before the new one takes its memory.
             self._analysed = None

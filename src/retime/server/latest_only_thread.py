@@ -15,7 +15,8 @@ class LatestOnlyThread(Generic[Job]):
 
     A key that is dragged asks for more solutions than can be found. What was asked for in between is of no use to
     anyone, so no queue builds up: a job that was not begun is replaced by a newer one. Errands, which a person asked
-    for one by one, are all done, before the job that waits.
+    for one by one, are all done, before the job that waits. Asides are short, and need not even wait for the job at
+    work to end: it does them itself, wherever it looks (`do_asides`).
 
     Parameters
     ----------
@@ -35,6 +36,7 @@ class LatestOnlyThread(Generic[Job]):
         self._failed = failed
         self._latest: Job | None = None
         self._errands: deque[Callable[[], None]] = deque()
+        self._asides: deque[Callable[[], None]] = deque()
         self._changed = threading.Condition()
         self._open = True
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -52,12 +54,30 @@ class LatestOnlyThread(Generic[Job]):
             self._errands.append(errand)
             self._changed.notify()
 
+    def add_aside(self, aside: Callable[[], None]) -> None:
+        """Ask for something short, which is done in the middle of what is at work."""
+        with self._changed:
+            self._asides.append(aside)
+            self._changed.notify()
+
+    def do_asides(self) -> None:
+        """Do what need not wait for the work at hand. Called in the thread, now and then, by that work."""
+        while True:
+            with self._changed:
+                if not self._open or not self._asides:
+                    return
+                aside = self._asides.popleft()
+            self._do(aside)
+
     def idle(self, seconds: float) -> bool:
         """Wait so long for something to do; whether there is still nothing. Called in the thread, between two."""
         with self._changed:
-            return not self._changed.wait_for(
-                lambda: not self._open or self._latest is not None or self._errands, timeout=seconds
-            )
+            return not self._changed.wait_for(lambda: not self._open or self._waits, timeout=seconds)
+
+    @property
+    def _waits(self) -> bool:
+        """Whether there is something to do; the lock is held."""
+        return bool(self._asides or self._errands or self._latest is not None)
 
     @property
     def newer(self) -> Job | None:
@@ -86,18 +106,24 @@ class LatestOnlyThread(Generic[Job]):
         while True:
             job = None
             with self._changed:
-                while self._open and self._latest is None and not self._errands:
+                while self._open and not self._waits:
                     self._changed.wait()
                 if not self._open:
                     return
-                errand = self._errands.popleft() if self._errands else None
+                errand = next((queue.popleft() for queue in (self._asides, self._errands) if queue), None)
                 if errand is None:
                     job, self._latest = self._latest, None
-            try:
-                if errand is not None:
-                    errand()
-                elif job is not None:
+            if errand is not None:
+                self._do(errand)
+            elif job is not None:
+                try:
                     self._work(job)
-            except BaseException as error:
-                # No interrupt comes here, they are the main thread's.
-                self._failed(job, error)
+                except BaseException as error:
+                    # No interrupt comes here, they are the main thread's.
+                    self._failed(job, error)
+
+    def _do(self, errand: Callable[[], None]) -> None:
+        try:
+            errand()
+        except BaseException as error:
+            self._failed(None, error)

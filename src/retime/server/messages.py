@@ -234,10 +234,13 @@ class Find:
         As a person wrote it.
     writing : bool
         Whether it is to be written.
+    as_clip : bool
+        Whether it is to be one more clip or reference: then it is read, and refused where it can't be.
     """
 
     path: str
     writing: bool
+    as_clip: bool = False
 
 
 # From the server to the page.

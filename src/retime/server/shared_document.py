@@ -198,7 +198,7 @@ class SharedDocument:
             case messages.Browse():
                 page.put(files.listing(self._places, message.folder, message.holds))
             case messages.Find():
-                page.put(files.found(self._places, message))
+                self._find_for(page, message)
             case messages.Hello():
                 pass
 
@@ -347,13 +347,31 @@ class SharedDocument:
 
         # What can't be read is refused while what is open stays.
         self._opening = True
+        self._check(str(place), read)
+
+    def _check(self, path: str, say: Callable[[Exception | None, list[messages.Notice]], None]) -> None:
+        """Have a file read, and say in the event loop what is wrong with it, and what is to be told."""
 
         def checked(error: Exception | None, notices: list[messages.Notice]) -> None:
             with contextlib.suppress(RuntimeError):
                 # The loop is closed already: the program is ending.
-                self._loop.call_soon_threadsafe(read, error, notices)
+                self._loop.call_soon_threadsafe(say, error, notices)
 
-        self._solver.check(new, checked)
+        self._solver.check(path, checked)
+
+    def _find_for(self, page: Outbox, message: messages.Find) -> None:
+        """Say whether a file may be used, and where it is to be a clip or a reference, whether it can be read."""
+        found = files.found(self._places, message)
+        if not message.as_clip or found.refused is not None:
+            page.put(found)
+            return
+
+        def read(error: Exception | None, notices: list[messages.Notice]) -> None:
+            page.put(found if error is None else replace(found, place="", refused=words_for_page(error)))
+            for notice in notices if error is None else ():
+                page.put(notice)
+
+        self._check(found.place, read)
 
     def _noted(self, place: Path, opened: Workspace) -> Workspace:
         """Note that a file was opened, for the list of those."""
@@ -407,14 +425,13 @@ class SharedDocument:
 
     def _export(self, page: Outbox, message: messages.Export | messages.ExportCurve) -> None:
         place = self._places.find(message.path)
-        document, project = self._history.present, self._workspace.path
-        if place == project:
+        if place == self._workspace.path:
             raise OptionError(f"{place} is the project; choose another place")
 
         def say(answer: ServerMessage) -> None:
             self._loop.call_soon_threadsafe(page.put, answer)
 
-        self._solver.export(message, document, place, say)
+        self._solver.export(message, self._job(), place, say)
 
     def drop(self, name: str, data: bytes, folder: Path) -> Path:
         """Keep a file that was dropped on the page, where pages may read from then on. Called in a thread.
@@ -465,7 +482,10 @@ class SharedDocument:
     # The other threads.
 
     def _ask(self, gesture: str = "", *, in_hand: bool = False) -> None:
-        self._solver.ask(Job(self._revision, self._first, self._history.present, gesture, in_hand))
+        self._solver.ask(self._job(gesture, in_hand=in_hand))
+
+    def _job(self, gesture: str = "", *, in_hand: bool = False) -> Job:
+        return Job(self._revision, self._first, self._history.present, gesture, in_hand)
 
     def _found(self, findings: Findings) -> None:
         """Tell all pages what was found. Called in the solver's thread, which writes the messages."""

@@ -107,8 +107,9 @@ class SolverThread:
         self._good: tuple[int, Solution] | None = None
         # The error of the revision that could not be solved.
         self._bad: tuple[int, BaseException] | None = None
-        # The newest revision whose search nobody waits for any more.
+        # The newest revision whose search nobody waits for any more, and the last one that is to be exported.
         self._cancelled = 0
+        self._exported = 0
         self._worker = LatestOnlyThread(self._solve, name="retime-solver", failed=self._fail)
 
     @property
@@ -136,34 +137,40 @@ class SolverThread:
         """Another document is open: a solution of the old one is no use."""
         self._good = None
 
-    def check(self, document: Document, say: Callable[[Exception | None, list[messages.Notice]], None]) -> None:
-        """Have a document's files read; `say` is called, in the thread, with what is wrong, and what is to be told."""
+    def check(self, path: str, say: Callable[[Exception | None, list[messages.Notice]], None]) -> None:
+        """Have a file read; `say` is called, in the thread, with what is wrong, and what is to be told.
+
+        A search that is at work does not hold this up: it goes on once the file is read.
+        """
 
         def read() -> None:
             notices: list[messages.Notice] = []
             error: Exception | None = None
             try:
-                with _warnings_told(notices.append):
-                    self._solver.read(document)
+                with _warnings_told(notices.append), watching(self._end_if_closed):
+                    self._solver.try_file(path)
             except Exception as problem:
                 error = problem
             say(error, notices)
 
-        self._worker.add(read)
+        self._worker.add_aside(read)
 
     def export(
         self,
         message: messages.Export | messages.ExportCurve,
-        document: Document,
+        job: Job,
         place: Path,
         say: Callable[[ServerMessage], None],
     ) -> None:
-        """Have a document solved and exported; `say` is called with what came of it, in the thread."""
+        """Have a document solved, unless it is, and exported; `say` is called with what came of it, in the thread."""
+        self._exported = job.revision
 
         def export() -> None:
             try:
                 with _warnings_told(say):
-                    error = self._write_export(message, document, place)
+                    check_no_input(place, job.document)
+                    solution = self.answer(job.revision) or self._search(job)
+                    error = _write_export(message, solution, place)
             except Exception as problem:
                 say(messages.Refused("export", message.path, words_for_page(problem)))
             else:
@@ -173,8 +180,30 @@ class SolverThread:
         self._worker.add(export)
 
     def close(self) -> None:
-        """End the thread; a search that is at work is ended, an export is not."""
+        """End the thread; a search that is at work is ended, what is being written is not."""
         self._worker.close()
+
+    def _end_if_closed(self, _: float = 0.0) -> None:
+        if self._worker.stopped:
+            raise SearchEndedError
+
+    def _search(self, job: Job) -> Solution:
+        """Find the warp of a document that is exported and was changed before it was found; a page can end this."""
+        watch = _Watch(job, time.perf_counter(), lambda progress: self._tell(job, {"progress": progress}))
+        watch.doing = "searching"
+
+        def look(share: float) -> None:
+            self._end_if_closed()
+            if job.revision <= self._cancelled:
+                raise SearchEndedError
+            self._worker.do_asides()
+            watch.look(share)
+
+        try:
+            with watching(look):
+                return self._solver.solve(job.document)
+        except SearchEndedError:
+            raise OptionError("the search was stopped, so there is nothing to write") from None
 
     def _solve(self, job: Job) -> None:
         begin = time.perf_counter()
@@ -185,9 +214,14 @@ class SolverThread:
             if self._worker.stopped or job.revision <= self._cancelled:
                 raise SearchEndedError
             newer = self._worker.newer
-            another = newer is not None and not (job.gesture and newer.gesture == job.gesture)
-            if another and time.perf_counter() - begin > _PATIENCE:
+            if newer is not None and newer.first != job.first:
+                # Another document is open.
                 raise SearchEndedError
+            another = newer is not None and not (job.gesture and newer.gesture == job.gesture)
+            wanted = job.revision == self._exported
+            if another and not wanted and time.perf_counter() - begin > _PATIENCE:
+                raise SearchEndedError
+            self._worker.do_asides()
             watch.look(share)
 
         try:
@@ -222,6 +256,7 @@ class SolverThread:
             # Of a long take it takes a second or two, and the hand goes on.
             if self._worker.stopped or self._worker.newer is not None:
                 raise SearchEndedError
+            self._worker.do_asides()
 
         try:
             with watching(look):
@@ -262,37 +297,36 @@ class SolverThread:
     def _tell(self, job: Job, found: dict[str, ServerMessage]) -> None:
         self._found(Findings(job, found))
 
-    def _write_export(self, message: messages.Export | messages.ExportCurve, document: Document, place: Path) -> str:
-        """Write what is asked for; return how far a curve is off, in words."""
-        check_no_input(place, document)
-        solution = self._solver.solve(document)
-        if isinstance(message, messages.ExportCurve):
-            return export_for_host(
-                solution,
-                place,
-                message.host,
-                rate=message.rate,
-                start=message.start,
-                item=message.item,
-                overwrite=message.overwrite,
-            )
-        if message.what == "motion":
-            export_motion(solution, message.clip, place, overwrite=message.overwrite)
-        elif message.what == "warp":
-            export_warp(solution, place, overwrite=message.overwrite)
-        else:
-            from retime.evaluate.plot.warps import plot_with_baselines
 
-            plot_with_baselines(
-                solution.warp,
-                solution.sources.clips[0],
-                # An example that is carried over is found by a search, whatever made the example.
-                method=document.method if solution.hand is None else "guided",
-                explanation=None if solution.search is None else solution.search.explain(),
-                path=place,
-                overwrite=message.overwrite,
-            )
-        return ""
+def _write_export(message: messages.Export | messages.ExportCurve, solution: Solution, place: Path) -> str:
+    """Write what is asked for; return how far a curve is off, in words."""
+    if isinstance(message, messages.ExportCurve):
+        return export_for_host(
+            solution,
+            place,
+            message.host,
+            rate=message.rate,
+            start=message.start,
+            item=message.item,
+            overwrite=message.overwrite,
+        )
+    if message.what == "motion":
+        export_motion(solution, message.clip, place, overwrite=message.overwrite)
+    elif message.what == "warp":
+        export_warp(solution, place, overwrite=message.overwrite)
+    else:
+        from retime.evaluate.plot.warps import plot_with_baselines
+
+        plot_with_baselines(
+            solution.warp,
+            solution.sources.clips[0],
+            # An example that is carried over is found by a search, whatever made the example.
+            method=solution.document.method if solution.hand is None else "guided",
+            explanation=None if solution.search is None else solution.search.explain(),
+            path=place,
+            overwrite=message.overwrite,
+        )
+    return ""
 
 
 def _forget_poses(sources: Sources) -> None:

@@ -1,4 +1,4 @@
-/** Why a file that was dropped is refused, beside the place where it was dropped. */
+/** What becomes of a file that was dropped, beside the place where it was dropped: why it is refused, above all. */
 
 import { make, setText } from "../dom";
 
@@ -25,19 +25,31 @@ export class DropNote {
   /** What was dropped last was taken. */
   taken(): void {
     this.place = null;
+    this.root.hidden = true;
+  }
+
+  /** Say what is done with it; nothing where nothing was dropped. */
+  tell(words: string): void {
+    if (this.place) this.show(this.place, words, "working");
   }
 
   /** Say why not; false where nothing was dropped. */
   refuse(reason: string): boolean {
-    const { place, root, page } = this;
+    const { place } = this;
     if (!place) return false;
     this.place = null;
-    setText(root, reason);
+    this.show(place, reason, "refused");
+    return true;
+  }
+
+  private show(place: { readonly x: number; readonly y: number }, words: string, state: string): void {
+    const { root, page } = this;
+    setText(root, words);
+    root.dataset.is = state;
     root.hidden = false;
     const x = Math.min(place.x + 12, page.clientWidth - root.offsetWidth - 8);
     const y = Math.min(place.y + 12, page.clientHeight - root.offsetHeight - 8);
     root.style.left = `${Math.max(8, x)}px`;
     root.style.top = `${Math.max(8, y)}px`;
-    return true;
   }
 }

@@ -2,7 +2,7 @@
 
 import type { Connection } from "../connection";
 import { addClip } from "../document";
-import type { Document } from "../messages";
+import type { Browse, Document } from "../messages";
 import { addReference } from "../references";
 import type { Store } from "../store";
 import type { NoticeKind } from "./notices";
@@ -10,15 +10,23 @@ import type { NoticeKind } from "./notices";
 /** Sends a file to the server; says where it is there. */
 export type Upload = (file: File) => Promise<string>;
 
-/** Takes files, and hands on the path of the one that is a clip or a project. */
-export type TakeFiles = (files: readonly File[], take?: (path: string) => void) => void;
+/** What a file is for: what it has to hold, and who takes its path. */
+export interface Taker {
+  readonly holds: Browse["holds"];
+  take(path: string): void;
+}
 
-/** Make what sends files; one that nobody takes is opened. */
+/** Takes files, and hands on the path of the one that is a clip or a project; without a taker it is opened. */
+export type TakeFiles = (files: readonly File[], taker?: Taker) => void;
+
+/** Make what sends files. */
 export function fileSender(
   upload: Upload,
   say: (kind: NoticeKind, text: string) => void,
   /** What is done with a file that nobody takes. */
   open: (path: string) => void,
+  /** Has a clip read, before it is taken. */
+  check: (path: string, take: (place: string) => void) => void,
 ): TakeFiles {
   const send = async (files: readonly File[], take: (path: string) => void): Promise<void> => {
     try {
@@ -32,7 +40,12 @@ export function fileSender(
       say("error", error instanceof Error ? error.message : String(error));
     }
   };
-  return (files, take = open) => void send(files, take);
+  return (files, taker) =>
+    void send(files, (path) => {
+      if (!taker) open(path);
+      else if (taker.holds !== "clip") taker.take(path);
+      else check(path, (place) => taker.take(place));
+    });
 }
 
 function isSkeleton(file: File): boolean {
@@ -51,9 +64,12 @@ export function listenForDrops(
   const edit = (change: (document: Document) => Document, label: string): void => {
     if (store.document) connection.edit(change(store.document), label);
   };
-  const actions: Record<string, (path: string) => void> = {
-    References: (path) => edit((document) => addReference(document, path), "add reference"),
-    Clips: (path) => edit((document) => addClip(document, path), "add clip"),
+  const takers: Record<string, Taker> = {
+    References: {
+      holds: "clip",
+      take: (path) => edit((document) => addReference(document, path), "add reference"),
+    },
+    Clips: { holds: "clip", take: (path) => edit((document) => addClip(document, path), "add clip") },
   };
   // Every element that the pointer enters says so, before the one that it leaves does.
   let depth = 0;
@@ -71,7 +87,7 @@ export function listenForDrops(
       over(-depth);
       dropped(event);
       const section = event.target instanceof Element ? event.target.closest("section") : null;
-      send([...(event.dataTransfer?.files ?? [])], actions[section?.getAttribute("aria-label") ?? ""]);
+      send([...(event.dataTransfer?.files ?? [])], takers[section?.getAttribute("aria-label") ?? ""]);
     },
     { signal },
   );

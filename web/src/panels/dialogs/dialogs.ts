@@ -82,6 +82,7 @@ export class Dialogs {
   /** The server is gone: nothing more is heard of what it was asked for. */
   lost(): void {
     this.write.stopWaiting();
+    this.open.stopWaiting();
   }
 
   found(found: Found): void {

@@ -12,6 +12,8 @@ import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
 export interface Wanted {
   readonly title: string;
   readonly holds: Browse["holds"];
+  /** It is opened in the place of the document, and refused then where it can't be read. */
+  readonly opens?: boolean;
   take(path: string): void;
 }
 
@@ -26,6 +28,7 @@ export class OpenDialog {
   private listing: Listing | null = null;
   /** What was chosen last. */
   private asked: string | null = null;
+  private readonly go = make("button", { type: "submit", class: "button main" });
 
   /** `send` sends files that are picked to the server; null where that can't be done. */
   constructor(
@@ -33,11 +36,10 @@ export class OpenDialog {
     send: TakeFiles | null,
   ) {
     this.wanted = this.document();
-    const go = make("button", { type: "submit", class: "button main" }, "Open");
     const body = form(
       this.title,
       [this.folder, this.files, this.path.row, this.refusal.root],
-      [...(send ? this.fromElsewhere(send) : []), closeButton(this.root, "Cancel"), go],
+      [...(send ? this.fromElsewhere(send) : []), closeButton(this.root, "Cancel"), this.go],
     );
     onSubmit(body, () => {
       const path = this.path.input.value.trim();
@@ -53,6 +55,7 @@ export class OpenDialog {
     this.root.setAttribute("aria-label", wanted.title);
     this.path.input.value = "";
     this.refusal.say(null);
+    this.stopWaiting();
     this.root.showModal();
     this.connection.browse(this.listing?.folder ?? null, wanted.holds);
   }
@@ -78,6 +81,7 @@ export class OpenDialog {
   /** The server says whether a file that was named may be used. */
   found({ path, place, refused }: Found): void {
     if (!this.root.open || this.path.input.value.trim() !== path) return;
+    this.stopWaiting();
     this.refusal.say(refused);
     if (refused !== null) return;
     this.root.close();
@@ -94,21 +98,32 @@ export class OpenDialog {
     return true;
   }
 
-  private document(): Wanted {
-    return { title: "Open", holds: "clip", take: (path) => this.connection.open(path) };
+  /** Nothing is read any more. */
+  stopWaiting(): void {
+    setText(this.go, "Open");
   }
 
-  /** Ask for a file; it is used once the server has said that it may be. */
+  private document(): Wanted {
+    return { title: "Open", holds: "clip", opens: true, take: (path) => this.connection.open(path) };
+  }
+
+  /** Ask for a file; it is used once the server has said that it may be, and of a clip, that it can be read. */
   private ask(path: string): void {
     this.path.input.value = path;
-    this.connection.find(path, false);
+    const asClip = this.wanted.holds === "clip" && !this.wanted.opens;
+    if (asClip) {
+      this.refusal.say(null);
+      setText(this.go, "Reading…");
+    }
+    this.connection.find(path, { asClip });
   }
 
   private fromElsewhere(send: TakeFiles): HTMLElement[] {
     const picker = make("input", { type: "file", multiple: true, hidden: true });
     picker.addEventListener("change", () => {
       this.root.close();
-      send([...(picker.files ?? [])], (path) => this.wanted.take(path));
+      const { wanted } = this;
+      send([...(picker.files ?? [])], wanted.opens ? undefined : wanted);
       picker.value = "";
     });
     const elsewhere = make("button", { type: "button", class: "button framed" }, "From elsewhere…");

@@ -210,7 +210,7 @@ export class WriteDialog {
     }
     if (this.isAll) return this.askAll(path);
     input.value = this.saving && !/\.retime$/iu.test(path) ? `${path}.retime` : path;
-    this.connection.find(input.value, true);
+    this.connection.find(input.value, { writing: true });
   }
 
   private askAll(pattern: string): void {
@@ -221,7 +221,7 @@ export class WriteDialog {
     this.refusal.say(null);
     this.allowed.clear();
     this.asked = groupPaths(pattern, this.store.document?.clips.map((clip) => clip.path) ?? []);
-    for (const path of this.asked) this.connection.find(path, true);
+    for (const path of this.asked) this.connection.find(path, { writing: true });
   }
 
   /** Suggest a path that says what is in it, beside the clip or the project. */

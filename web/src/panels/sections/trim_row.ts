@@ -3,10 +3,12 @@
 import { make } from "../../dom";
 import { GrammarError, parseTime } from "../../grammar";
 import type { Clip, ClipFile } from "../../messages";
+import { clamp } from "../../scale";
 import { type Trim, trimClip, trimOf } from "../../trim";
 import { fieldTime, saidTime, unitsOf } from "../../units";
 import { button } from "../buttons";
 import { textField } from "../fields";
+import { type Scrub, valueScrub } from "../scrub";
 import { documentOf, row, type Side } from "./section";
 
 /** Frames of a clip that are used at least. */
@@ -38,9 +40,23 @@ export class TrimRow {
         trim(clip, start, end);
         return true;
       };
+    const drag = (which: "start" | "end"): Scrub =>
+      valueScrub({ store, connection }, "trim clip", (before) => {
+        const clip = clipNow();
+        const file = before.clips[index];
+        if (!clip || !file) return () => before;
+        const { start, end, last } = trimOf(file, clip);
+        const least = (LEAST - 1) / clip.rate;
+        return (steps) => {
+          const by = steps / clip.rate;
+          return which === "start"
+            ? trimClip(before, index, clip, clamp(start + by, 0, end - least), end)
+            : trimClip(before, index, clip, start, clamp(end + by, start + least, last));
+        };
+      });
     const hint = "counted from the first frame of its file: seconds, 105f, 1:03.5";
-    const from = textField("From", `The first frame used, ${hint}`, bound("start"));
-    const to = textField("To", `The last frame used, ${hint}`, bound("end"));
+    const from = textField("From", `The first frame used, ${hint}`, bound("start"), drag("start"));
+    const to = textField("To", `The last frame used, ${hint}`, bound("end"), drag("end"));
     from.input.setAttribute("aria-label", `Clip ${index + 1}: used from`);
     to.input.setAttribute("aria-label", `Clip ${index + 1}: used to`);
     const all = button("All", "Use all of it", () => {
