@@ -23,6 +23,7 @@ import { ClipCheck } from "./shell/clip_check";
 import { Clipboard } from "./shell/clipboard";
 import { DropNote } from "./shell/drop_note";
 import { fileSender, listenForDrops, type TakeFiles, type Upload } from "./shell/files";
+import { giveKeysBack } from "./shell/give_keys_back";
 import { Hint } from "./shell/hint";
 import { BY_HAND, shortcutTable } from "./shell/keyboard";
 import { listenForMenus } from "./shell/menus";
@@ -251,12 +252,7 @@ export class App {
       end();
       size.disconnect();
     });
-    // A button clicked by hand gives the keys back: space plays, it does not press the button again.
-    root.addEventListener("click", (event) => {
-      const button = event.target instanceof Element ? event.target.closest("button") : null;
-      if (button && event.detail > 0 && !button.classList.contains("handle") && !button.closest("dialog"))
-        button.blur();
-    });
+    giveKeysBack(root);
     const endMenus = listenForMenus(root, {
       store,
       connection: this.connection,
@@ -282,6 +278,7 @@ export class App {
     const { store } = this;
     if (changed.has("curve") && store.knots && this.connection.isConnected) this.veil.lift();
     this.progress.update(changed);
+    if (changed.has("status")) this.dialogs.progress();
     if (changed.has("status") && store.progress) this.veil.tell(progressWords(store));
     if (store.problem && !store.clip) this.veil.coverWithProblem(store.problem.message);
     this.timeline.update(changed);

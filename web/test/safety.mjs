@@ -5,7 +5,7 @@
 // Prints one JSON object: the project, for the test to look into.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { Editor, launch, serve, until } from "./editor.mjs";
 
@@ -30,7 +30,7 @@ try {
         const dataTransfer = new DataTransfer();
         dataTransfer.items.add(new File([text], name));
         const where = { dataTransfer, clientX: x, clientY: y, bubbles: true, cancelable: true };
-        document.querySelector(".retime").dispatchEvent(new DragEvent("drop", where));
+        document.elementFromPoint(x, y).dispatchEvent(new DragEvent("drop", where));
       },
       [name, text, x, y],
     );
@@ -51,6 +51,39 @@ try {
     await page.mouse.click(700, 380);
     await note.waitFor({ state: "hidden" });
   }
+  // On the references and the clips as well: what can't be read is none of them, and what can be is added.
+  const listed = () => page.getByRole("group", { name: "References" }).locator(".pick").allInnerTexts();
+  const roles = page.getByLabel(/^Role of /);
+  for (const name of ["References", "Clips"]) {
+    const section = page.locator(`section[aria-label=${name}]`);
+    await section.scrollIntoViewIfNeeded();
+    const at = await section.boundingBox();
+    const [x, y] = [at.x + 20, at.y + 8];
+    await drop("broken.bvh", "HIERARCHY\nROOT hips\n{\n", x, y);
+    await note.getByText("broken.bvh:3: ").waitFor();
+    const beside = await note.boundingBox();
+    assert.ok(beside.x < x + 12.5 && beside.x + beside.width > x - 340 && Math.abs(beside.y - y) < 120);
+    await shot(`refused_on_${name.toLowerCase()}`);
+    assert.deepEqual(await listed(), ["The clip itself"]);
+    assert.equal(await roles.count(), 1);
+    assert.equal(await page.getByRole("button", { name: "Undo set length (Ctrl+Z)" }).isEnabled(), true);
+    await editor.answered(() => drop("walk.bvh", readFileSync(clip, "utf8"), x, y));
+    await note.waitFor({ state: "hidden" });
+    if (name === "References") await until(async () => (await listed()).join(), "walk");
+    else await until(() => roles.count(), 2);
+    await editor.settled();
+    await editor.answered(() => page.keyboard.press("Control+z"));
+    await until(async () => `${await listed()} ${await roles.count()}`, "The clip itself 1");
+  }
+  // So it is where a file is chosen: the dialog says why, and stays.
+  writeFileSync(join(folder, "damaged.bvh"), "HIERARCHY\nROOT hips\n{\n");
+  await page.getByRole("button", { name: "File…", exact: true }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "damaged.bvh", exact: true }).click();
+  await page.getByRole("dialog").getByText("damaged.bvh:3: ").waitFor();
+  await shot("refused_reference");
+  await page.getByRole("dialog").getByRole("button", { name: "Cancel" }).click();
+  assert.deepEqual(await listed(), ["The clip itself"]);
+
   await editor.addKey(0.4);
   assert.equal(await length.inputValue(), "80%");
 
@@ -176,6 +209,36 @@ try {
   await waiting.answered(() => waiting.page.keyboard.press("Control+z"));
   await waiting.page.locator(".trouble").waitFor({ state: "hidden" });
   await until(() => method.inputValue(), "linear");
+
+  // Nothing waits behind a search that takes long: a broken clip is refused, the project is saved, a clip is opened.
+  await method.selectOption("guided");
+  await bar.waitFor({ timeout: 60_000 });
+  await waiting.page.keyboard.press("Control+o");
+  const opening = waiting.page.getByRole("dialog", { name: "Open" });
+  await opening.getByRole("button", { name: "damaged.bvh", exact: true }).click();
+  await opening.getByText("damaged.bvh:3: ").waitFor();
+  await opening.getByRole("button", { name: "Cancel" }).click();
+  await waiting.page.keyboard.press("Control+s");
+  await waiting.page.getByText(`Saved ${slow}`).waitFor();
+  await bar.waitFor();
+  // What has no curve is not written; stopped, the search is not begun anew for it.
+  await waiting.page.keyboard.press("Control+e");
+  const exporting = waiting.page.getByRole("dialog", { name: "Export" });
+  await exporting.getByLabel("Path", { exact: true }).fill(join(folder, "slow_out.csv"));
+  await exporting.getByRole("button", { name: "Write", exact: true }).click();
+  await exporting.getByText(/^Searching…/).waitFor();
+  await waiting.page.screenshot({ path: join(shots, "writing_waits.png") });
+  await exporting.getByRole("button", { name: "Stop the search" }).click();
+  await exporting.locator(".refused[role=alert]").getByText("the search was stopped").waitFor();
+  await exporting.getByRole("button", { name: "Cancel" }).click();
+  await method.selectOption("linear");
+  await waiting.page.locator(".trouble").waitFor({ state: "hidden" });
+  await method.selectOption("guided");
+  await bar.waitFor({ timeout: 60_000 });
+  await waiting.page.keyboard.press("Control+o");
+  await opening.getByRole("button", { name: "sample.bvh", exact: true }).click();
+  await waiting.page.getByRole("img", { name: /^Stage: the figures/ }).waitFor({ timeout: 30_000 });
+  await waiting.page.locator(".veil").waitFor({ state: "hidden", timeout: 30_000 });
   assert.deepEqual(waiting.errors, []);
   console.log(JSON.stringify({ project }));
 } finally {

@@ -74,6 +74,11 @@ export class Dialogs {
     return refused.what === "open" ? this.open.refused(refused) : this.write.refused(refused);
   }
 
+  /** A search goes on, or is over. */
+  progress(): void {
+    this.write.progress();
+  }
+
   /** A file was written. */
   written(path: string): void {
     this.write.written(path);

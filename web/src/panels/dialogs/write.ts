@@ -6,6 +6,7 @@ import { groupPaths } from "../../group";
 import { HOSTS, type Host } from "../../hosts";
 import { FILM_SIZES, type FilmDialog, type FilmSize } from "../../media/film_dialog";
 import type { Found, Refused } from "../../messages";
+import { progressWords } from "../../shell/progress";
 import type { Store } from "../../store";
 import { check, choice, textField } from "../fields";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
@@ -35,6 +36,9 @@ export class WriteDialog {
   /** What is being written; the dialog stays until all of it is. */
   private readonly waiting = new Set<string>();
   private readonly go = make("button", { type: "submit", class: "button main" }, "Write");
+  /** What has no curve yet waits for its search, which can be stopped here: the page behind hears no keys. */
+  private readonly search = make("span");
+  private readonly searching: HTMLElement;
   private readonly size = choice<FilmSize>("Size", "Pixels of the film", () => true);
   /** Films the stage; null where it can't be filmed. */
   film: FilmDialog | null = null;
@@ -43,6 +47,9 @@ export class WriteDialog {
     private readonly store: Store,
     private readonly connection: Connection,
   ) {
+    const stop = make("button", { type: "button", class: "button framed" }, "Stop the search");
+    stop.addEventListener("click", () => connection.stop());
+    this.searching = make("div", { class: "searching", role: "status", hidden: true }, this.search, stop);
     const body = form(
       this.title,
       [
@@ -54,6 +61,7 @@ export class WriteDialog {
         this.start.row,
         this.item.row,
         this.path.row,
+        this.searching,
         this.refusal.root,
         this.overwrite.row,
       ],
@@ -168,15 +176,24 @@ export class WriteDialog {
     this.root.close();
   }
 
+  /** Say how far the search is that what is to be written waits for. */
+  progress(): void {
+    this.searching.hidden = this.waiting.size === 0 || this.saving || this.store.progress === null;
+    if (!this.searching.hidden) setText(this.search, progressWords(this.store));
+  }
+
   /** Nothing is written any more. */
   stopWaiting(): void {
     this.waiting.clear();
+    this.progress();
     this.go.disabled = false;
     setText(this.go, "Write");
   }
 
   private wait(...places: readonly string[]): void {
     for (const place of places) this.waiting.add(place);
+    this.refusal.say(null);
+    this.progress();
     this.go.disabled = true;
     setText(this.go, "Writing…");
   }
