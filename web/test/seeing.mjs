@@ -11,6 +11,32 @@ import { Editor, launch, serve, stumbles, until } from "./editor.mjs";
 const { python, clip, other, mesh, folder, state, shots } = JSON.parse(process.argv[2]);
 const command = [python, "-m", "retime.cli.main", "edit", clip, "--no-browser"];
 
+/** How many pixels of two pictures differ; counted in a page that is closed then. */
+async function differing(lab, one, other) {
+  const count = await lab.evaluate(
+    async (pictures) => {
+      const [a, b] = await Promise.all(
+        pictures.map(async (picture) => {
+          const image = new Image();
+          image.src = `data:image/png;base64,${picture}`;
+          await image.decode();
+          const canvas = new OffscreenCanvas(image.width, image.height).getContext("2d");
+          canvas.drawImage(image, 0, 0);
+          return canvas.getImageData(0, 0, image.width, image.height).data;
+        }),
+      );
+      let differ = 0;
+      for (let i = 0; i < a.length; i += 4) {
+        if (Math.abs(a[i] - b[i]) + Math.abs(a[i + 1] - b[i + 1]) + Math.abs(a[i + 2] - b[i + 2]) > 12) differ++;
+      }
+      return differ;
+    },
+    [one, other],
+  );
+  await lab.close();
+  return count;
+}
+
 const browser = await launch();
 const server = await serve(command, folder, { XDG_STATE_HOME: state });
 try {
@@ -186,6 +212,7 @@ try {
   await editor.ready();
   await editor.settled();
   await editor.dismiss();
+  await editor.scrub(0.5);
   await page.mouse.move(box.x + 0.6 * box.width, box.y - 200);
   await editor.frames(4);
   const dressed = await editor.stage();
@@ -193,11 +220,35 @@ try {
   await switched.click();
   await page.mouse.move(box.x + 0.6 * box.width, box.y - 200);
   await editor.frames(4);
-  assert.notEqual(await editor.stage(), dressed);
+  const bare = await editor.stage();
+  assert.notEqual(bare, dressed);
   await shot("joints_alone");
+  // Onion skins and the matched pose are what the figure is: the mesh's cover far more of the stage than the joints'.
+  const covered = async (plain) => {
+    await page.mouse.move(box.x + 0.6 * box.width, box.y - 200);
+    await editor.frames(4);
+    return differing(await page.context().newPage(), plain, await editor.stage());
+  };
+  const around = {};
+  // Joints would be hidden in the mesh: of the one pose that is matched it is enough that the mesh covers more.
+  for (const [key, button, times] of [
+    ["onion", "Onion skins", 1.5],
+    ["match", "Match", 1],
+  ]) {
+    await page.getByRole("button", { name: button, exact: true }).click();
+    if (key === "match") await page.locator(".caption[data-is=reference]").waitFor();
+    const joints = await covered(bare);
+    await switched.click();
+    const body = await covered(dressed);
+    await shot(`mesh_${key}`);
+    around[key] = { joints, body };
+    assert.ok(joints > 100 && body > times * joints, `${key}: ${body} pixels of the mesh, ${joints} of the joints`);
+    await page.getByRole("button", { name: button, exact: true }).click();
+    await switched.click();
+  }
 
   assert.deepEqual(editor.errors, []);
-  console.log(JSON.stringify({ map: map.height }));
+  console.log(JSON.stringify({ map: map.height, around }));
 } finally {
   await browser.close();
   server.process.kill("SIGKILL");

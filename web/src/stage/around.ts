@@ -17,7 +17,7 @@ export interface Shown {
 /** Draw them for one clip, whose frames come `rate` times a second. */
 export function showAround(cast: Cast, knots: Knots, outputTime: number, rate: number, shown: Shown): void {
   cast.trails.object.visible = shown.trails;
-  cast.onion.object.visible = shown.onion;
+  if (!shown.onion) cast.showOnion(null);
   if (shown.trails) {
     const { times, nearness } = around(knots, outputTime, Math.max(1 / rate, TRAIL_STEP));
     cast.trails.show(times, nearness);
@@ -30,7 +30,7 @@ export function showAround(cast: Cast, knots: Knots, outputTime: number, rate: n
       isLater: (outputs[i] as number) > outputTime,
     }));
     // The one at the playhead is the figure itself.
-    cast.onion.show(skins.filter((_, i) => Math.abs((outputs[i] as number) - outputTime) > ONION_STEP / 4));
+    cast.showOnion(skins.filter((_, i) => Math.abs((outputs[i] as number) - outputTime) > ONION_STEP / 4));
   }
 }
 

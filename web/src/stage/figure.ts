@@ -99,6 +99,11 @@ export class Figure {
     if (this.joints.instanceColor) this.joints.instanceColor.needsUpdate = true;
   }
 
+  /** Draw it over what hides it, too: what lies in a mesh is seen through it. */
+  seenThrough(on: boolean): void {
+    this.material.depthTest = !on;
+  }
+
   pose(positions: Float32Array): void {
     this.links.forEach(([parent, node], i) => {
       this.from.set(at(positions, 3 * parent), at(positions, 3 * parent + 1), at(positions, 3 * parent + 2));

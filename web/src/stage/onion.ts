@@ -5,10 +5,15 @@ import type { Clip } from "../messages";
 import { at } from "../warp";
 import { poseAt } from "./align";
 import { boneGeometry, linksOf } from "./figure";
+import { SkinnedBody, type SkinShape } from "./skinned";
 
 /** Bodies at most on each side of the playhead. */
 const MOST_BODIES = 7;
 const UP = new THREE.Vector3(0, 1, 0);
+/** Points that all bodies together have at most: without a graphics card the processor moves each of them. */
+export const MOST_POINTS = 150_000;
+/** How dense a layer of a mesh is; of most bodies two are seen, its front and its back. */
+const DENSITY = 0.3;
 
 /** What an onion skin shows. */
 export interface Skin {
@@ -19,6 +24,69 @@ export interface Skin {
   readonly isLater: boolean;
 }
 
+/** What they are tinted with. */
+export interface Tints {
+  readonly before: THREE.Color;
+  readonly after: THREE.Color;
+  /** What far ones fade to: the stage behind them. */
+  readonly far: THREE.Color;
+}
+
+function tintOf({ near, isLater }: Skin, { before, after, far }: Tints, out: THREE.Color): THREE.Color {
+  return out.copy(far).lerp(isLater ? after : before, 0.35 + 0.65 * near);
+}
+
+function nearestFirst(skins: readonly Skin[]): Skin[] {
+  return [...skins].sort((a, b) => b.near - a.near);
+}
+
+/** How many bodies of a mesh are shown at most: as many as of bones, or fewer where each has many points; 0: none. */
+export function mostBodies(points: number): number {
+  return Math.min(2 * MOST_BODIES, Math.floor(MOST_POINTS / Math.max(points, 1)));
+}
+
+/** Onion skins of a clip that has a mesh: the mesh itself. */
+export class OnionMeshes {
+  readonly object = new THREE.Group();
+  private readonly bodies: SkinnedBody[] = [];
+  private readonly pose: Float32Array;
+  private readonly color = new THREE.Color();
+
+  constructor(
+    private readonly clip: Clip,
+    private readonly shape: SkinShape,
+    private readonly tints: Tints,
+    private readonly most: number,
+    private readonly layer: number,
+  ) {
+    this.pose = new Float32Array(3 * clip.n_nodes);
+  }
+
+  show(skins: readonly Skin[]): void {
+    const shown = nearestFirst(skins).slice(0, this.most);
+    while (this.bodies.length < shown.length) {
+      const body = new SkinnedBody(this.shape, "#ffffff", DENSITY);
+      body.object.renderOrder = -1;
+      body.object.layers.set(this.layer);
+      this.object.add(body.object);
+      this.bodies.push(body);
+    }
+    this.bodies.forEach((body, i) => {
+      const skin = shown[i];
+      body.object.visible = skin !== undefined;
+      if (!skin) return;
+      body.paint(tintOf(skin, this.tints, this.color));
+      body.pose(poseAt(this.clip, skin.time, this.pose), skin.time);
+    });
+  }
+
+  dispose(): void {
+    for (const body of this.bodies) body.dispose();
+    this.object.removeFromParent();
+  }
+}
+
+/** Onion skins of bare joints. */
 export class OnionSkins {
   readonly object: THREE.InstancedMesh;
   private readonly material: THREE.MeshLambertMaterial;
@@ -36,10 +104,7 @@ export class OnionSkins {
   constructor(
     private readonly clip: Clip,
     height: number,
-    private readonly before: THREE.Color,
-    private readonly after: THREE.Color,
-    /** What far ones fade to: the stage behind them. */
-    private readonly far: THREE.Color,
+    private readonly tints: Tints,
   ) {
     this.pose = new Float32Array(3 * clip.n_nodes);
     this.links = linksOf(clip);
@@ -54,11 +119,10 @@ export class OnionSkins {
 
   show(skins: readonly Skin[]): void {
     let n = 0;
-    const nearest = [...skins].sort((a, b) => b.near - a.near);
-    for (const { time, near, isLater } of nearest) {
+    for (const skin of nearestFirst(skins)) {
       if (n + this.links.length > this.most) break;
-      poseAt(this.clip, time, this.pose);
-      this.color.copy(this.far).lerp(isLater ? this.after : this.before, 0.35 + 0.65 * near);
+      poseAt(this.clip, skin.time, this.pose);
+      tintOf(skin, this.tints, this.color);
       for (const [parent, node] of this.links) {
         const { pose } = this;
         this.from.set(at(pose, 3 * parent), at(pose, 3 * parent + 1), at(pose, 3 * parent + 2));

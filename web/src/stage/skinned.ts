@@ -62,13 +62,18 @@ export class SkinShape {
   readonly geometry = new THREE.BufferGeometry();
   readonly inverses: readonly THREE.Matrix4[];
 
-  constructor(readonly clip: Clip) {
+  /** `sleeve`: the points lie so far outside of the mesh, as a share of its size. */
+  constructor(
+    readonly clip: Clip,
+    sleeve = 0,
+  ) {
     const { geometry } = this;
     geometry.setAttribute("position", new THREE.BufferAttribute(clip.skin_points, 3));
     geometry.setAttribute("skinIndex", new THREE.BufferAttribute(Uint16Array.from(clip.skin_follows), 4));
     geometry.setAttribute("skinWeight", new THREE.BufferAttribute(clip.skin_weights, 4));
     geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(clip.skin_triangles), 1));
     geometry.computeVertexNormals();
+    if (sleeve > 0) geometry.setAttribute("position", new THREE.BufferAttribute(outside(geometry, sleeve), 3));
     this.inverses = [...clip.skin_joints].map((_, bone) => {
       const row = (i: number): number[] => [0, 1, 2, 3].map((k) => at(clip.skin_bones, 12 * bone + 4 * i + k));
       return new THREE.Matrix4().set(
@@ -82,29 +87,54 @@ export class SkinShape {
   }
 }
 
+/** The points of a mesh, each moved outward by a share of its size. */
+function outside(geometry: THREE.BufferGeometry, share: number): Float32Array {
+  const points = geometry.getAttribute("position").array;
+  const normals = geometry.getAttribute("normal").array;
+  geometry.computeBoundingBox();
+  const by = share * (geometry.boundingBox?.getSize(new THREE.Vector3()).length() ?? 0);
+  return Float32Array.from(points, (value, i) => value + by * (normals[i] ?? 0));
+}
+
 export class SkinnedBody {
   readonly object: THREE.SkinnedMesh;
-  private readonly material = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide });
+  private readonly material = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, transparent: true });
   private readonly bones: readonly THREE.Bone[];
   private readonly skeleton: THREE.Skeleton;
   private readonly turn = new THREE.Quaternion();
-  private readonly place = new THREE.Vector3();
+  private readonly at = new THREE.Vector3();
   private readonly unit = new THREE.Vector3(1, 1, 1);
 
   constructor(
     private readonly shape: SkinShape,
     color: string,
+    opacity = 1,
   ) {
+    // One that is dense is drawn among those that are not, so that those of a lower order lie behind it everywhere.
+    this.material.forceSinglePass = true;
+    if (opacity < 1) {
+      this.material.opacity = opacity;
+      this.material.depthWrite = false;
+    }
     this.bones = shape.inverses.map(() => new THREE.Bone());
     this.skeleton = new THREE.Skeleton([...this.bones], [...shape.inverses]);
     this.object = new THREE.SkinnedMesh(shape.geometry, this.material);
     this.object.bind(this.skeleton, new THREE.Matrix4());
+    // The points are where the joints put them, and from there where `place` does.
+    this.object.bindMode = THREE.DetachedBindMode;
+    this.object.matrixAutoUpdate = false;
     this.object.frustumCulled = false;
     this.paint(color);
   }
 
-  paint(color: string): void {
+  paint(color: string | THREE.Color): void {
     this.material.color.set(color);
+  }
+
+  /** Put the whole of it elsewhere than its joints are. */
+  place(where: THREE.Matrix4): void {
+    this.object.matrix.copy(where);
+    this.object.matrixWorldNeedsUpdate = true;
   }
 
   /** Take the pose of a time; `positions` are those of the nodes then. */
@@ -112,8 +142,8 @@ export class SkinnedBody {
     const { clip } = this.shape;
     this.bones.forEach((bone, i) => {
       const joint = at(clip.skin_joints, i);
-      this.place.set(at(positions, 3 * joint), at(positions, 3 * joint + 1), at(positions, 3 * joint + 2));
-      bone.matrixWorld.compose(this.place, turnAt(clip, joint, time, this.turn), this.unit);
+      this.at.set(at(positions, 3 * joint), at(positions, 3 * joint + 1), at(positions, 3 * joint + 2));
+      bone.matrixWorld.compose(this.at, turnAt(clip, joint, time, this.turn), this.unit);
     });
   }
 
