@@ -180,6 +180,12 @@ export class Store {
     return this.shown.view;
   }
 
+  /** The id of what is selected, where that is of this kind. */
+  selectedId(kind: "key" | "lock" | "flight" | "marker"): string | null {
+    const { selection } = this.shown;
+    return selection?.kind === kind ? selection.id : null;
+  }
+
   get draggedKey(): Shown["draggedKey"] {
     return this.shown.draggedKey;
   }

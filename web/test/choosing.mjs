@@ -177,6 +177,31 @@ try {
   await page.keyboard.press("r");
   assert.equal(await page.getByLabel("Ripple", { exact: true }).isChecked(), false);
 
+  // Whatever the mouse has used gives the keys back, and who came by the keyboard goes on by it.
+  const ripple = page.getByLabel("Ripple", { exact: true });
+  const pause = page.getByRole("button", { name: "Pause (Space)", exact: true });
+  await page.getByText("Ripple", { exact: true }).click();
+  await page.keyboard.press("Space");
+  await pause.waitFor();
+  assert.equal(await ripple.isChecked(), true);
+  await page.keyboard.press("Space");
+  await pause.waitFor({ state: "hidden" });
+  const influence = page.getByLabel("Influence", { exact: true });
+  const knob = await influence.boundingBox();
+  const share = await influence.inputValue();
+  await page.mouse.click(knob.x + knob.width / 2, knob.y + knob.height / 2);
+  await page.keyboard.press("ArrowLeft");
+  assert.equal(await page.evaluate(() => document.activeElement?.matches("input")), false);
+  await undo("set influence");
+  await until(() => influence.inputValue(), share);
+  await ripple.press("Space");
+  assert.equal(await ripple.isChecked(), false);
+  assert.ok(await ripple.evaluate((box) => box === document.activeElement));
+  await page.keyboard.press("Space");
+  assert.equal(await ripple.isChecked(), true);
+  await ripple.press("Space");
+  await ripple.blur();
+
   // The list: sorted by its heads, edited and deleted in place.
   await page.getByText("All 3 keytimes", { exact: true }).click();
   const outputs = () =>
@@ -214,7 +239,8 @@ try {
   const begins = () => page.getByLabel("Lock from").evaluateAll((fields) => fields.map((field) => Number(field.value)));
   const [low, high] = await begins();
   assert.ok(low < high);
-  await page.getByRole("button", { name: /^Sort by from/ }).click();
+  const locked = page.locator('section[aria-label="Locked spans"]');
+  await locked.getByRole("button", { name: /^Sort by from/ }).click();
   assert.deepEqual(await begins(), [high, low]);
   await undo("add lock");
   await undo("add lock");

@@ -114,6 +114,17 @@ try {
   await typed.press("Enter");
   assert.equal(await typed.getAttribute("aria-invalid"), "true");
   await typed.press("Escape");
+  // The list is sorted by its heads as all lists are: what is denied comes last, and first.
+  const flying = () =>
+    page.getByRole("checkbox", { name: "In the air" }).evaluateAll((boxes) => boxes.map((box) => box.checked));
+  await page.locator("section[aria-label=Flights]").getByRole("button", { name: "Sort by in the air" }).click();
+  assert.deepEqual(await flying(), [...Array(found.length).fill(true), false]);
+  await page
+    .locator("section[aria-label=Flights]")
+    .getByRole("button", { name: /^Sort by in the air/ })
+    .click();
+  assert.deepEqual(await flying(), [false, ...Array(found.length).fill(true)]);
+  await page.locator("section[aria-label=Flights]").getByRole("button", { name: "Sort by from" }).click();
   await page.mouse.move(denied.x, box.y + 60);
   await page.locator("section[aria-label=Flights]").scrollIntoViewIfNeeded();
   await look("flights");

@@ -190,7 +190,25 @@ try {
   await used.press("Enter");
   await page.getByText("expected a stretch of 4 frames or more, from 0 to").waitFor();
   await page.keyboard.press("Escape");
+  await page.keyboard.press("Escape");
   await shot("trimmed_dark");
+  // By dragging across its fields, too: a frame a step, never past the other end; and it is one step to undo.
+  const usedFrom = page.getByLabel("Clip 1: used from", { exact: true });
+  const whole = await used.inputValue();
+  await usedFrom.scrollIntoViewIfNeeded();
+  await drag(usedFrom, 30);
+  await until(() => usedFrom.inputValue(), (70 / 60).toFixed(2));
+  await until(() => shownInput.inputValue(), (pose - 70 / 60).toFixed(3));
+  await editor.settled();
+  await editor.answered(() => page.keyboard.press("Control+z"));
+  await until(() => usedFrom.inputValue(), "1.00");
+  await until(() => shownInput.inputValue(), (pose - 1).toFixed(3));
+  await drag(used, -30);
+  // The fields show hundredths.
+  await until(async () => Math.abs(Number(await used.inputValue()) - (Number(whole) - 10 / 60)) < 0.011, true);
+  await editor.settled();
+  await editor.answered(() => page.keyboard.press("Control+z"));
+  await until(() => used.inputValue(), whole);
 
   // All of it is in the project.
   const project = join(folder, "work.retime");

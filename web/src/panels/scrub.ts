@@ -98,3 +98,16 @@ export function timeScrub(
     return (steps) => put(before, Math.max(0, start + steps / where.store.rate));
   });
 }
+
+/** Drag how long after something else a thing begins, which is written as it is typed: a frame a step, below 0 too. */
+export function offsetScrub(
+  where: Where,
+  label: string,
+  now: (document: Document) => number,
+  put: (before: Document, written: string) => Document,
+): Scrub {
+  return valueScrub(where, label, (before) => {
+    const start = now(before);
+    return (steps) => put(before, `${Number((start + steps / where.store.rate).toFixed(4))}s`);
+  });
+}

@@ -22,6 +22,8 @@ export class SortedRows<T extends { readonly id: string }> {
   private readonly rows = new Map<string, SortedRow>();
   private isDownward = false;
   private items: readonly T[] = [];
+  /** Which row was brought into view last. */
+  private current: string | null = null;
 
   constructor(
     private readonly columns: readonly Column<T>[],
@@ -41,7 +43,8 @@ export class SortedRows<T extends { readonly id: string }> {
     this.root = make("div", {}, make("div", { class: "heads" }, ...this.heads), this.list);
   }
 
-  update(items: readonly T[]): void {
+  /** Show these; `current` is the one that is chosen elsewhere, which comes into view, once. */
+  update(items: readonly T[], current: string | null = this.current): void {
     this.items = items;
     const { rows, list, column, isDownward } = this;
     const ids = new Set(items.map((item) => item.id));
@@ -64,6 +67,10 @@ export class SortedRows<T extends { readonly id: string }> {
       for (const { id } of items) if (!rows.get(id)?.root.isConnected) list.append((rows.get(id) as SortedRow).root);
     for (const row of rows.values()) row.update();
     this.root.hidden = items.length === 0;
+    if (current !== this.current) {
+      this.current = current;
+      this.reveal(rows.get(current ?? "")?.root);
+    }
     this.heads.forEach((head, i) => {
       const arrow = i === column ? (isDownward ? " ▾" : " ▴") : "";
       if (head.textContent !== `${this.columns[i]?.name}${arrow}`)
@@ -71,6 +78,15 @@ export class SortedRows<T extends { readonly id: string }> {
       const how = isDownward ? "the last first" : "the first first";
       setAttribute(head, "aria-label", `Sort by ${this.columns[i]?.name}${i === column ? `, now ${how}` : ""}`);
     });
+  }
+
+  /** Scroll the list to a row that is not in view; what the list stands in stays where it is. */
+  private reveal(row: HTMLElement | undefined): void {
+    if (!row) return;
+    const { list } = this;
+    const top = row.offsetTop - list.offsetTop;
+    const inView = top >= list.scrollTop && top + row.offsetHeight <= list.scrollTop + list.clientHeight;
+    if (!inView) list.scrollTop = top - list.clientHeight / 2;
   }
 }
 

@@ -9,16 +9,12 @@ import { inField, unitsOf } from "../../units";
 import { iconButton } from "../buttons";
 import { check } from "../fields";
 import { type Scrub, valueScrub } from "../scrub";
+import { type SortedRow, SortedRows } from "../sorted_rows";
 import { documentOf, frame, type Section, type Side } from "./section";
 import { spanFields } from "./span_fields";
 
 /** Seconds of a flight that is added: those of a hop. */
 const USUAL = 0.3;
-
-interface FlightRow {
-  readonly root: HTMLElement;
-  update(flight: Flight): void;
-}
 
 export function flightsSection(side: Side): Section {
   const { store, connection, faults } = side;
@@ -35,13 +31,18 @@ export function flightsSection(side: Side): Section {
     "Say that the figure is in the air around the playhead",
   );
   const { root, body } = frame("Flights", add);
-  const heads = make(
-    "div",
-    { class: "heads", "aria-hidden": true },
-    ...["from", "to", "in the air"].map((head) => make("span", {}, head)),
+  const rows = new SortedRows<Flight>(
+    [
+      { name: "from", title: "Sort by the beginning", value: (flight) => flight.start },
+      { name: "to", title: "Sort by the end", value: (flight) => flight.end },
+      {
+        name: "in the air",
+        title: "Sort by whether the figure is in the air",
+        value: (flight) => Number(!flight.flies),
+      },
+    ],
+    (id) => flightRow(side, id),
   );
-  const list = make("div", { class: "flightlist" });
-  let chosen = "";
   const note = make("p", { class: "note" }, "None found. Drag along Feet, on the timeline, to mark one.");
   const idle = make(
     "p",
@@ -55,51 +56,21 @@ export function flightsSection(side: Side): Section {
       trouble.hidden = message === null;
     },
   });
-  body.append(heads, list, note, idle, trouble);
-  const rows = new Map<string, FlightRow>();
+  body.append(rows.root, note, idle, trouble);
   return {
     root,
     update() {
       const { flights } = store;
       // Channels have no feet; what a project says of flights all the same must be seen.
       root.hidden = store.clip?.holds !== "motion" && flights.length === 0;
-      for (const [id, row] of rows) {
-        if (findFlight(flights, id)) continue;
-        row.root.remove();
-        rows.delete(id);
-      }
-      for (const flight of flights) {
-        let row = rows.get(flight.id);
-        if (!row) {
-          row = flightRow(side, flight.id);
-          rows.set(flight.id, row);
-        }
-        row.update(flight);
-      }
-      // In the order of time; one that has the focus is not moved.
-      flights.forEach(({ id }, i) => {
-        const element = rows.get(id)?.root;
-        if (element && list.children[i] !== element && !element.contains(document.activeElement))
-          list.insertBefore(element, list.children[i] ?? null);
-      });
-      const { selection } = store;
-      const now = selection?.kind === "flight" ? selection.id : "";
-      // What is chosen on the timeline is brought into view, once; the side itself stays where it is.
-      const row = now === chosen ? undefined : rows.get(now)?.root;
-      chosen = now;
-      if (row) {
-        const top = row.offsetTop - list.offsetTop;
-        const inView = top >= list.scrollTop && top + row.offsetHeight <= list.scrollTop + list.clientHeight;
-        if (!inView) list.scrollTop = top - list.clientHeight / 2;
-      }
-      heads.hidden = flights.length === 0;
+      rows.update(flights, store.selectedId("flight"));
       note.hidden = flights.length > 0;
       idle.hidden = flightsCount(documentOf(store), store.curve) || !flights.some((flight) => flight.marked);
     },
   };
 }
 
-function flightRow({ store, connection }: Side, id: string): FlightRow {
+function flightRow({ store, connection }: Side, id: string): SortedRow {
   const change = (part: Partial<Flight>): boolean => {
     const flight = findFlight(store.flights, id);
     if (flight) connection.edit(markFlight(documentOf(store), { ...flight, ...part }), "change flight");
@@ -134,7 +105,9 @@ function flightRow({ store, connection }: Side, id: string): FlightRow {
   const root = make("div", { class: "lock flight" }, from.input, to.input, flies.row, remove, from.trouble, to.trouble);
   return {
     root,
-    update(flight) {
+    update() {
+      const flight = findFlight(store.flights, id);
+      if (!flight) return;
       from.show(inField(store, flight.start, 2));
       to.show(inField(store, flight.end, 2));
       flies.show(flight.flies);
@@ -143,7 +116,7 @@ function flightRow({ store, connection }: Side, id: string): FlightRow {
       const undo = flight.marked ? "Take back what was said of this stretch" : "Say that this is no flight";
       setAttribute(remove, "title", undo);
       setAttribute(remove, "aria-label", undo);
-      root.setAttribute("aria-current", String(store.selection?.kind === "flight" && store.selection.id === id));
+      root.setAttribute("aria-current", String(store.selectedId("flight") === id));
     },
   };
 }

@@ -38,7 +38,7 @@ export class KeyList {
     this.root.hidden = keys.length === 0;
     setText(this.summary, keys.length === 1 ? "One keytime" : `All ${keys.length} keytimes`);
     // Hundreds of fields cost time: they are made where they are looked at.
-    if (this.root.open) this.rows.update(keys);
+    if (this.root.open) this.rows.update(keys, this.side.store.selectedId("key"));
   }
 }
 

@@ -5,6 +5,7 @@ import { changeKey, findKey, keysInOrder, type Room } from "../../document";
 import { make, setText } from "../../dom";
 import { GrammarError, parseSpeed, parseTime } from "../../grammar";
 import type { Document, Key } from "../../messages";
+import { stepSpeed } from "../../timeline/handles/speed_range";
 import { changeKeys, type Extent, extentOf, keysOf, moveKeys, scaleKeys } from "../../together";
 import { inField, said } from "../../units";
 import { outputEnd, speedAt } from "../../warp";
@@ -160,6 +161,13 @@ class SeveralKeys {
           changeKeys(document, store.chosenKeys, { speed: free ? null : parseSpeed(text) }),
         );
       },
+      valueScrub(side, "set speed at keys", (document) => {
+        const { chosenKeys, knots } = store;
+        const [first] = keysOf(document, chosenKeys);
+        if (!first) return () => document;
+        const start = first.speed ?? (knots ? speedAt(knots, first.output_time) : 1);
+        return (steps) => changeKeys(document, chosenKeys, { speed: stepSpeed(start, steps) });
+      }),
     );
     const fields = [this.first, this.duration, this.speed];
     this.root = make("div", { hidden: true }, ...fields.map((field) => field.row), this.note);

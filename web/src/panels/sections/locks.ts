@@ -43,7 +43,7 @@ export function locksSection(side: Side): Section {
     root,
     update() {
       const { locks } = documentOf(store);
-      rows.update(locks);
+      rows.update(locks, store.selectedId("lock"));
       note.hidden = locks.length > 0;
     },
   };
@@ -105,7 +105,7 @@ function lockRow({ store, connection }: Side, id: string): SortedRow {
       from.show(inField(store, lock.start, 2));
       to.show(inField(store, lock.end, 2));
       speed.show(speedsText(lock.slowest, lock.fastest));
-      root.setAttribute("aria-current", String(store.selection?.kind === "lock" && store.selection.id === id));
+      root.setAttribute("aria-current", String(store.selectedId("lock") === id));
       root.classList.toggle("faulty", store.problem?.lock === id);
     },
   };

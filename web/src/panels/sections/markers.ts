@@ -48,7 +48,7 @@ export function markersSection(side: Side): Section {
     root,
     update() {
       const { markers } = documentOf(store);
-      rows.update(markers);
+      rows.update(markers, store.selectedId("marker"));
       note.hidden = markers.length > 0;
       keys.hidden = markers.length === 0;
       area.update();

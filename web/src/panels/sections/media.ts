@@ -2,10 +2,12 @@
 
 import { make, setText } from "../../dom";
 import { parseTime } from "../../grammar";
+import { offsetOf } from "../../media/beside";
 import { setBeats, setMedia } from "../../media/edits";
 import type { BeatsFile, Document } from "../../messages";
 import { button, iconButton } from "../buttons";
 import { check, choice, textField } from "../fields";
+import { offsetScrub } from "../scrub";
 import { fileName } from "../top";
 import { documentOf, frame, row, type Section, type Side } from "./section";
 
@@ -33,11 +35,21 @@ export function mediaSection({ store, connection, dialogs }: Side): Section {
     "A take that was filmed with the motion goes with the input, through the warp; a song that is danced to keeps the output's time",
     (value) => edit(setMedia(documentOf(store), { clock: value }), "choose clock of media"),
   );
-  const offset = textField("Begins at", "How long after the first frame it begins: 0.5s, -12f", (text) => {
-    if (text !== "") parseTime(text, store.rate);
-    edit(setMedia(documentOf(store), { offset: text === "" ? null : text }), "set offset of media");
-    return true;
-  });
+  const offset = textField(
+    "Begins at",
+    "How long after the first frame it begins: 0.5s, -12f",
+    (text) => {
+      if (text !== "") parseTime(text, store.rate);
+      edit(setMedia(documentOf(store), { offset: text === "" ? null : text }), "set offset of media");
+      return true;
+    },
+    offsetScrub(
+      { store, connection },
+      "set offset of media",
+      ({ media }) => (media ? offsetOf(media, store.rate) : 0),
+      (before, written) => setMedia(before, { offset: written }),
+    ),
+  );
   offset.input.placeholder = "0";
   const heard = check("Heard while it plays", "Play the sound too", (on) => store.look({ heard: on }));
 

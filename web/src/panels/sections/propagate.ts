@@ -3,9 +3,11 @@
 import { make, setText } from "../../dom";
 import { GrammarError, parseTime } from "../../grammar";
 import { retimedStretch, setExample, stretchesText } from "../../propagation";
+import { clamp } from "../../scale";
 import { inField, saidSpan, saidTime, unitsOf } from "../../units";
 import { button } from "../buttons";
 import { textField } from "../fields";
+import { type Scrub, valueScrub } from "../scrub";
 import { documentOf, frame, row, type Section, type Side } from "./section";
 
 export function propagateSection({ store, connection, faults }: Side): Section {
@@ -32,8 +34,20 @@ export function propagateSection({ store, connection, faults }: Side): Section {
       connection.edit(setExample(documentOf(store), next), "change example");
       return true;
     };
-  const from = textField("From", "Input time at which the example begins", bound("start"));
-  const to = textField("To", "Input time at which the example ends", bound("end"));
+  const drag = (side: "start" | "end"): Scrub =>
+    valueScrub({ store, connection }, "change example", (before) => {
+      const { example } = before;
+      if (!example) return () => before;
+      const frame = 1 / store.rate;
+      return (steps) => {
+        const time = example[side] + steps * frame;
+        const held =
+          side === "start" ? clamp(time, 0, example.end - frame) : clamp(time, example.start + frame, store.inputEnd);
+        return setExample(before, { ...example, [side]: held });
+      };
+    });
+  const from = textField("From", "Input time at which the example begins", bound("start"), drag("start"));
+  const to = textField("To", "Input time at which the example ends", bound("end"), drag("end"));
   from.input.setAttribute("aria-label", "Example from");
   to.input.setAttribute("aria-label", "Example to");
   faults.named("example", from);
