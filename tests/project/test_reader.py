@@ -75,8 +75,13 @@ def test_a_mesh_that_is_damaged_is_told_once_and_the_clip_is_read_all_the_same(t
 
 def test_a_file_that_was_tried_is_read_once_and_only_for_the_next_document(tmp_path: Path, table: str) -> None:
     (tmp_path / "whole.csv").write_text("time,x\n0,1\n0.1,2\n0.2,4\n0.3,7\n")
-    reader, asked = Reader(), []
-    reader._find = lambda text: asked.append(text) or Path(text)  # type: ignore[func-returns-value]
+    asked: list[str] = []
+
+    def find(text: str) -> Path:
+        asked.append(text)
+        return Path(text)
+
+    reader = Reader(find)
     whole = ClipFile(str(tmp_path / "whole.csv"))
     reader.try_file(whole.path)
     assert clip_of(reader, whole).values[:, 0].tolist() == [1, 2, 4, 7]
@@ -96,7 +101,9 @@ def test_a_file_that_only_lacks_words_passes_and_a_broken_one_does_not(tmp_path:
     (tmp_path / "walk.doc").write_text("a walk")
     reader = Reader()
     for name in ("table.csv", "no_rate.csv", "walk.amc"):
-        reader.try_file(str(tmp_path / name))
+        reader.try_file(str(tmp_path / name), may_be_told=True)
+        with pytest.raises(FormatError):
+            reader.try_file(str(tmp_path / name))
     # Told, the first can be read; by itself it still can't.
     with pytest.raises(FaultyError, match=r"table\.csv"):
         reader.read(Document((ClipFile(table),)))
@@ -108,4 +115,4 @@ def test_a_file_that_only_lacks_words_passes_and_a_broken_one_does_not(tmp_path:
         ("gone.bvh", "No such file"),
     ):
         with pytest.raises((FormatError, OSError), match=says):
-            reader.try_file(str(tmp_path / name))
+            reader.try_file(str(tmp_path / name), may_be_told=True)

@@ -113,6 +113,9 @@ def test_a_file_that_is_to_be_a_clip_is_read_before_it_may_be_one(served) -> Non
         assert "broken.bvh:3" in str(asked("broken.bvh"))
         page.say("find", path="broken.bvh", writing=False)
         assert page.until("found", path="broken.bvh")["refused"] is None
+        # In the place of all that is open it would leave nothing to see.
+        page.say("open", path="gaps.csv")
+        assert "gaps.csv" in page.until("refused")["reason"]
         # The document is as it was, and an edit of it is solved.
         page.edit(options={"length": "80%"})
         assert page.curve()["type"] == "curve"

@@ -126,11 +126,16 @@ class Reader:
         self._skins: WeakKeyDictionary[AnyMotion, Skin | None] = WeakKeyDictionary()
         self._sources: Sources | None = None
 
-    def try_file(self, path: str) -> None:
+    def try_file(self, path: str, *, may_be_told: bool = False) -> None:
         """Read a file that no document names yet; the document that is read next need not read it again.
 
-        What its reader has to be told (a rate, how gaps are filled, the skeleton of an AMC) is told once a document
-        names it, so a file that lacks only that passes.
+        Parameters
+        ----------
+        path : str
+            The file.
+        may_be_told : bool
+            A file passes that only lacks what its reader can be told once a document names it: a rate, how gaps are
+            filled, the skeleton of an AMC.
 
         Raises
         ------
@@ -142,7 +147,7 @@ class Reader:
         try:
             self._tried[_whole(file)] = read_clip(file, place, self._find)
         except FormatError:
-            if not _lacks_words_alone(file, place, self._find):
+            if not (may_be_told and _lacks_words_alone(file, place, self._find)):
                 raise
 
     def read(self, document: Document) -> Sources:

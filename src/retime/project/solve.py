@@ -80,9 +80,9 @@ class DocumentSolver:
         """Read a document's files, or return what was read before; see `Reader.read`."""
         return self._reader.read(document)
 
-    def try_file(self, path: str) -> None:
+    def try_file(self, path: str, *, may_be_told: bool = False) -> None:
         """Read a file that no document names yet; see `Reader.try_file`."""
-        self._reader.try_file(path)
+        self._reader.try_file(path, may_be_told=may_be_told)
 
     def solve(self, document: Document) -> Solution:
         """Find a document's warp.

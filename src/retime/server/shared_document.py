@@ -349,7 +349,13 @@ class SharedDocument:
         self._opening = True
         self._check(str(place), read)
 
-    def _check(self, path: str, say: Callable[[Exception | None, list[messages.Notice]], None]) -> None:
+    def _check(
+        self,
+        path: str,
+        say: Callable[[Exception | None, list[messages.Notice]], None],
+        *,
+        may_be_told: bool = False,
+    ) -> None:
         """Have a file read, and say in the event loop what is wrong with it, and what is to be told."""
 
         def checked(error: Exception | None, notices: list[messages.Notice]) -> None:
@@ -357,7 +363,7 @@ class SharedDocument:
                 # The loop is closed already: the program is ending.
                 self._loop.call_soon_threadsafe(say, error, notices)
 
-        self._solver.check(path, checked)
+        self._solver.check(path, checked, may_be_told=may_be_told)
 
     def _find_for(self, page: Outbox, message: messages.Find) -> None:
         """Say whether a file may be used, and where it is to be a clip or a reference, whether it can be read."""
@@ -371,7 +377,7 @@ class SharedDocument:
             for notice in notices if error is None else ():
                 page.put(notice)
 
-        self._check(found.place, read)
+        self._check(found.place, read, may_be_told=True)
 
     def _noted(self, place: Path, opened: Workspace) -> Workspace:
         """Note that a file was opened, for the list of those."""

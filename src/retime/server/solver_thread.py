@@ -137,10 +137,17 @@ class SolverThread:
         """Another document is open: a solution of the old one is no use."""
         self._good = None
 
-    def check(self, path: str, say: Callable[[Exception | None, list[messages.Notice]], None]) -> None:
+    def check(
+        self,
+        path: str,
+        say: Callable[[Exception | None, list[messages.Notice]], None],
+        *,
+        may_be_told: bool = False,
+    ) -> None:
         """Have a file read; `say` is called, in the thread, with what is wrong, and what is to be told.
 
-        A search that is at work does not hold this up: it goes on once the file is read.
+        A search that is at work does not hold this up: it goes on once the file is read. For `may_be_told` see
+        `Reader.try_file`.
         """
 
         def read() -> None:
@@ -148,7 +155,7 @@ class SolverThread:
             error: Exception | None = None
             try:
                 with _warnings_told(notices.append), watching(self._end_if_closed):
-                    self._solver.try_file(path)
+                    self._solver.try_file(path, may_be_told=may_be_told)
             except Exception as problem:
                 error = problem
             say(error, notices)
