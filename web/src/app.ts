@@ -36,6 +36,7 @@ import { Stage } from "./stage/stage";
 import { Store, type Topic } from "./store";
 import { Theme } from "./theme";
 import { Timeline } from "./timeline/timeline";
+import { unitsOf } from "./units";
 
 export interface AppOptions {
   /** Sends a file that was dropped or picked to the server; left out, where files can't be sent. */
@@ -279,9 +280,11 @@ export class App {
     if (changed.has("curve") && store.knots && this.connection.isConnected) this.veil.lift();
     this.progress.update(changed);
     if (changed.has("status")) this.dialogs.progress();
-    if (changed.has("status") && store.progress) this.veil.tell(progressWords(store));
+    if (changed.has("status") && store.progress) this.veil.tell(`${progressWords(store)} (Esc stops it)`);
     if (store.problem && !store.clip) this.veil.coverWithProblem(store.problem.message);
+    this.root.dataset.units = unitsOf(store);
     this.timeline.update(changed);
+    this.root.style.setProperty("--timeline-rows", `${this.timeline.rowsHeight}px`);
     if (changed.has("curve")) tellLatency(this.root, this.connection.takeMoves());
     this.stage.update(changed);
     for (const topic of changed) this.unshown.add(topic);

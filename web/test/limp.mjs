@@ -38,6 +38,9 @@ try {
   // Influence is painted over time: where the hand went the curve is the spline's.
   await page.getByRole("button", { name: "Paint influence over time" }).click();
   await editor.frames(3);
+  // The row takes nothing from the map.
+  const map = await page.locator(".timeline .overlay[aria-label=Locks]").boundingBox();
+  assert.ok(map.height >= 240, `the map is ${map.height} pixels high`);
   const box = await editor.canvas.boundingBox();
   // The row is where the pointer becomes a cross; its lower edge is the spline.
   const left = box.x + 72 + 0.15 * (box.width - 82);

@@ -238,7 +238,19 @@ try {
   await waiting.page.keyboard.press("Control+o");
   await opening.getByRole("button", { name: "sample.bvh", exact: true }).click();
   await waiting.page.getByRole("img", { name: /^Stage: the figures/ }).waitFor({ timeout: 30_000 });
-  await waiting.page.locator(".veil").waitFor({ state: "hidden", timeout: 30_000 });
+  const covered = waiting.page.locator(".veil");
+  await covered.waitFor({ state: "hidden", timeout: 30_000 });
+
+  // A project whose search takes long when it is opened has no curve yet: stopped, it shows what is there.
+  await waiting.page.keyboard.press("Control+o");
+  await opening.getByRole("button", { name: "slow.retime", exact: true }).click();
+  await covered.getByText(/^Searching… .*Esc stops it/).waitFor({ timeout: 60_000 });
+  await waiting.page.keyboard.press("Escape");
+  await covered.waitFor({ state: "hidden", timeout: 30_000 });
+  await waiting.page.locator(".trouble").getByText("the search was stopped").waitFor();
+  await waiting.page.screenshot({ path: join(shots, "stopped_opening.png") });
+  await method.selectOption("linear");
+  await waiting.page.locator(".trouble").waitFor({ state: "hidden" });
   assert.deepEqual(waiting.errors, []);
   console.log(JSON.stringify({ project }));
 } finally {

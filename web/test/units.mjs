@@ -45,6 +45,33 @@ try {
   const timecode = (n) => `00:00:${two(Math.floor(n / 60))}:${two(n % 60)}`;
   await until(() => outputAt.inputValue(), timecode(frame));
   await shot("timecode_dark");
+  // No field hides the end of a time: its frames.
+  const cutOff = () =>
+    page
+      .locator("input.field:visible, .readout:visible, .playfield:visible")
+      .evaluateAll((fields) =>
+        fields
+          .filter((field) => field.scrollWidth > field.clientWidth + 1)
+          .map((field) => `${field.ariaLabel ?? field.textContent}: ${field.value}`),
+      );
+  const addLock = page.getByRole("button", { name: "Add lock at the playhead" });
+  await editor.answered(() => addLock.click());
+  for (const does of ["m", "Shift+I"]) await page.keyboard.press(does);
+  await page.getByText("One keytime", { exact: true }).click();
+  await page.getByLabel("Work area out", { exact: true }).waitFor();
+  await until(async () => /^00:/.test(await page.getByLabel("Work area out", { exact: true }).inputValue()), true);
+  assert.deepEqual(await cutOff(), []);
+  await shot("timecode_lists_dark");
+  for (const step of ["set work area", "add marker", "add lock"]) {
+    await page.getByRole("button", { name: `Undo ${step} (Ctrl+Z)` }).waitFor();
+    await page.keyboard.press("Control+z");
+  }
+  await page.getByRole("button", { name: "Undo add key (Ctrl+Z)" }).waitFor();
+  await page.getByText("One keytime", { exact: true }).click();
+  await editor.settled();
+  await key.click();
+  await until(() => outputAt.inputValue(), timecode(frame));
+  await page.mouse.move(640, 120);
   assert.deepEqual(await stumbles(editor), []);
   // Any form of the grammar may be typed, whatever is shown; nothing is changed where the field is left as it was.
   await editor.setField("Output at", `${frame + 30}f`);

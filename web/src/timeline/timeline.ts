@@ -67,6 +67,11 @@ export class Timeline {
     this.listen();
   }
 
+  /** How high the rows are that are there now and then: influence over time, and sound. */
+  get rowsHeight(): number {
+    return [this.layout.influence, this.layout.sound].reduce((sum, { height }) => sum + (height && height + 4), 0);
+  }
+
   update(changed: Set<Topic>): void {
     if (changed.size === 0) return;
     const { clientWidth, clientHeight } = this.root;
