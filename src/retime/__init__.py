@@ -123,7 +123,7 @@ _HOMES = {
     "variants": "retime.search.variants",
 }
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 __all__ = [
     "ChannelKind",
     "Contacts",
