@@ -84,6 +84,11 @@ def test_what_is_refused(tmp_path: Path) -> None:
         retimed(frames(), Warp([0.0, 1.0], [0.0, 1.0]), held=2)
     with pytest.raises(FormatError, match="expected a NumPy array"):
         humanml3d.read(PATH, b"PK", AT_20)
+    for other in (frames()[:, :262], frames()[0], frames()[None]):
+        with pytest.raises(FormatError, match="expected frames of 263 numbers, found shape"):
+            humanml3d.read(PATH, stored(other), AT_20)
+    with pytest.raises(FormatError, match="real numbers, these are of type int64; --array values"):
+        humanml3d.read(PATH, stored(frames().astype(np.int64)), AT_20)
     holes = frames()
     holes[3, 4] = np.nan
     with pytest.raises(FormatError, match=r"left_hip\.x"):

@@ -48,7 +48,17 @@ def claims(file: BinaryIO) -> bool:
 def _parse(path: Path, data: bytes, options: ReadOptions) -> StoredArray:
     if not data.startswith(MAGIC):
         raise FormatError("expected a NumPy array (NPY)", path=path, byte=0)
-    return parse_array(path, data, "the array", options)
+    array = parse_array(path, data, "the array", options)
+    if len(array.shape) != 2 or array.shape[1] != len(_NAMES):
+        raise FormatError(f"expected frames of {len(_NAMES)} numbers, found shape {array.shape}", path=path)
+    if array.kind != "f":
+        # Blended, they would be cut off to whole numbers.
+        raise FormatError(
+            f"frames of HumanML3D are real numbers, these are of type {array.dtype}; --array values reads them as any "
+            "other array",
+            path=path,
+        )
+    return array
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
