@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from retime.errors import FormatError
-from retime.formats import amc_frames, bvh_frames, csv_table, read
+from retime.formats import amc_frames, bvh_frames, read
 from retime.formats.number_rows import parse_rows
+from retime.formats.tables import table_rows
 from retime.kernels import compiled_available
 from tests.reference.number_rows import read_rows
 
@@ -119,7 +120,7 @@ def test_files(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         monkeypatch.setattr(bvh_frames, "_BLOCK", draw.choice([20, 200, 2000]))
         fast = outcome(path, **options)
         with monkeypatch.context() as slow:
-            for module in (bvh_frames, csv_table, amc_frames):
+            for module in (bvh_frames, table_rows, amc_frames):
                 slow.setattr(module, "parse_rows", lambda *_, **__: None)
             careful = outcome(path, **options)
         if isinstance(careful, tuple):
