@@ -45,6 +45,7 @@ are null.
 | `slip` | contacts, mean mm of slip: input, output, all averaged; whether the figure's size is guessed; or null |
 | `seconds` | time that each stage took; `other` is the rest of the command, from its start on |
 | `output`, `warp`, `plot`, `explain` | the files written; null where none was asked for |
+| `beside` | what was written beside the output: layers of a scene, a buffer, a skeleton |
 | `also` | the other clips' files |
 
 `coverage` holds the `share` of the clip that the example speaks for, from 0 to 1; `unspoken`, the stretches of which it

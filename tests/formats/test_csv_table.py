@@ -181,7 +181,10 @@ def test_a_channel_that_would_be_read_as_frame_numbers_is_told(tmp_path: Path) -
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         write(Signal(("frame", "x"), np.array([[3.0, 1], [5, 2]]), rate=25), tmp_path / "b.csv")
+        write(Signal(("frame",), counted.values[:, :1], rate=25), tmp_path / "c.csv")
     assert read_csv(tmp_path / "b.csv").names == ("frame", "x")
+    # Alone, it is what the table is about.
+    assert read_csv(tmp_path / "c.csv").names == ("frame",)
 
 
 # Broken

@@ -184,7 +184,8 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
             f"channels have all names that a column of times can have: {', '.join(TIME_NAMES)}", path=path
         )
     for name, column in zip(signal.names, signal.values.T, strict=True):
-        if is_frame_name(name) and counted_from(column) is not None:
+        # Alone, it is all that the table holds, and so a channel.
+        if len(signal.names) > 1 and is_frame_name(name) and counted_from(column) is not None:
             warnings.warn(
                 f"{path}: channel {name!r} goes up by one a row, so a reader takes it for the frames' numbers and not "
                 "for a channel; another name keeps it one",
