@@ -203,6 +203,13 @@ def test_a_hold_and_a_span_played_backward() -> None:
     assert new.values == [0.0, 1.5, 1.5, 1.0]
 
 
+def test_a_key_further_off_than_any_that_is_read_is_refused() -> None:
+    """A curve between two keys that are zero overshoots by its slopes, and a cut makes a key of it."""
+    data = one_curve(track([0.0, 90.0], [0.0, 0.0], CUBIC | USER, [(9e29, 0.0), (0.0, 0.0)])).binary()
+    with pytest.raises(FormatError, match="key 1 of a curve has a value that is not finite, or beyond any use"):
+        retimed(data, Warp([0.0, 10.0, 70.0], [0.0, 30.0, 90.0]))
+
+
 def test_a_step_played_backward_jumps_where_its_key_was() -> None:
     data = one_curve(track([0.0, 1.0, 2.0], [1.0, 5.0, 9.0], CONSTANT)).binary()
     new = only(retimed(data, Warp([0.0, 2.0], [2.0, 0.0])))

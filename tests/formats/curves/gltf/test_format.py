@@ -334,6 +334,14 @@ def test_a_cut_glb_is_noticed(tmp_path: Path) -> None:
             gltf.read(tmp_path / "a.glb", data[:size], ReadOptions())
 
 
+@pytest.mark.parametrize("body", ["AAA", "AA=A", "AA\u00e9A", "AA AA"])
+def test_data_that_are_no_base64_are_refused(body: str, tmp_path: Path) -> None:
+    uri = f"data:application/octet-stream;base64,{body}"
+    document = {"asset": {"version": "2.0"}, "buffers": [{"uri": uri, "byteLength": 3}]}
+    with pytest.raises(FormatError, match=r"buffers\[0\]\.uri: "):
+        gltf.read(tmp_path / "a.gltf", json.dumps(document).encode(), ReadOptions())
+
+
 def test_an_animation_too_long_for_its_rate_is_refused(tmp_path: Path) -> None:
     scene = Scene()
     scene.node(name="a")

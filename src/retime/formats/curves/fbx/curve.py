@@ -143,7 +143,7 @@ def read_curves(file: FbxFile, items: list[Item], ticks_a_second: int) -> tuple[
         np.repeat(np.concatenate([one[2] for one in columns]).astype(np.int64) & 0xFFFFFFFF, runs),
         np.repeat(np.concatenate([one[3] for one in columns]).reshape(-1, 4), runs, axis=0),
     )
-    _refuse(file, records, keys, ticks_a_second)
+    refuse_keys(file, records, keys, ticks_a_second)
     return records, keys
 
 
@@ -196,8 +196,8 @@ def _extrapolation(file: FbxFile, record: Record | None) -> Extrapolation:
     return Extrapolation(mode, file.whole(kind, said[0]) if said else -1)
 
 
-def _refuse(file: FbxFile, records: list[CurveRecords], keys: Keys, ticks_a_second: int) -> None:
-    """Raise FormatError for what no curve may hold."""
+def refuse_keys(file: FbxFile, records: list[CurveRecords], keys: Keys, ticks_a_second: int) -> None:
+    """Raise FormatError for keys that no curve may hold: those of a file, and those that a warp has made of them."""
 
     def refuse(wrong: BoolArray, problem: str) -> None:
         if wrong.any():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from retime.errors import FormatWarning
-from retime.formats.curves.fbx.curve import CurveRecords, Keys
+from retime.formats.curves.fbx.curve import CurveRecords, Keys, refuse_keys
 from retime.formats.curves.fbx.file import Record, Value
 from retime.formats.curves.fbx.keys import new_keys
 from retime.formats.curves.fbx.scene import FbxScene, Stack
@@ -92,6 +92,8 @@ def _refuse_shared(scene: FbxScene, stacks: list[Stack]) -> None:
 
 def _curve_changes(scene: FbxScene, curves: StackCurves, keys: Keys, changes: _Changes) -> None:
     """Note the new arrays of all curves that change."""
+    # Cut where a steep curve overshoots, a key may be further off than any that is read.
+    refuse_keys(scene.file, curves.records, keys, scene.ticks)
     old = curves.keys
     runs, run_owner = _runs(keys)
     run_starts = np.searchsorted(run_owner, np.arange(len(keys.counts) + 1))

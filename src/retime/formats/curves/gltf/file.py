@@ -6,7 +6,6 @@ Source: the Khronos glTF 2.0 specification, sections 3.6 (binary data) and 4.4 (
 from __future__ import annotations
 
 import base64
-import binascii
 import struct
 import urllib.parse
 from dataclasses import dataclass
@@ -311,7 +310,8 @@ def _buffer(file: GltfFile, item: dict[str, Any], index: int, chunk: bytes | Non
             raise file.error(f"buffers[{index}].uri is a data URI that is not base64")
         try:
             return Buffer(base64.b64decode(body, validate=True), "data", f"{head},")
-        except binascii.Error as error:
+        except ValueError as error:
+            # binascii's own is one; letters beyond ASCII come to a plain one.
             raise file.error(f"buffers[{index}].uri: {error}") from None
     place = file.beside(uri, f"buffers[{index}].uri")
     try:
