@@ -352,6 +352,10 @@ def draw(results: Mapping[str, Any]) -> None:
         panels[0, 1].plot(n, [peak / 1e6 for peak in found["peak_bytes"]], "o-", color=color, label=search, ms=4)
     panels[0, 0].set(xscale="log", yscale="log", xlabel="n (m = 0.6 n, s = 8)", ylabel="path, ms")
     panels[0, 1].set(xscale="log", yscale="log", xlabel="n (m = 0.6 n, s = 8)", ylabel="path, MB")
+    for panel in panels[0]:
+        # Over little more than one power of ten every number would have a label, each in the way of the next.
+        panel.set_xticks(path["n_input"], [f"{n:,}" for n in path["n_input"]])
+        panel.set_xticks([], minor=True)
     panels[0, 0].legend(frameon=False)
     for what, color in (("n", "#0b6e99"), ("r", "#c1531b"), ("s", "#3f7d20")):
         found = growth[f"scores_in_{what}"]
