@@ -25,7 +25,8 @@ def clip(seconds: float = 2.0, rate: Fraction | int = 30) -> Signal:
     [
         ({"length": "1000000s"}, "shorter output"),
         ({"keys": [(1.0, 100000.0)]}, r"shorter output.*|at most"),
-        ({"keys": [(1.0, 1.7e308)]}, "no output is longer"),
+        ({"keys": [(1.0, 1e99)]}, "no output is longer"),
+        ({"keys": [(1.0, 1.7e308)]}, r"expected a time .*, found '1\.7e\+308'"),
         ({"keys": [(1.0, 5e-324)]}, "two keytimes stand at output time"),
         ({"rate": 100000}, "sees no more of a clip at 30 Hz than one at 240 Hz"),
         ({"keys": [(1.0, 1.0, 1e9)], "upsample": 8}, "speed"),

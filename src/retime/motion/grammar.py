@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 import numbers
 import re
-import sys
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -34,8 +33,8 @@ _FRAME_RANGE = re.compile(r"(-?\d{1,15})?:(-?\d{1,15})?", _FLAGS)
 # A range that is not written with two dots; the first letter may be the sign of a number.
 _FROM_TO = re.compile(r"(.+?)(?:-|–|to)(.+)", _FLAGS)
 _PLAIN = re.compile(_NUMBER, _FLAGS)
-# The largest that a float holds; what is larger would overflow as one.
-_LARGEST = Fraction(sys.float_info.max)
+# No time, speed or count is larger; what is would overflow as a float.
+_LARGEST = 10**100
 # The longest clip at the highest rate that anybody has: a length that is too short for it is so for all.
 _MANY_FRAMES, _HIGH_RATE = 10_000_000, Fraction(240)
 # A bare length below this many seconds may have been meant as a factor.
@@ -130,7 +129,7 @@ def _check_clock(minutes: int, seconds: int | Fraction, written: str) -> None:
 
 
 def _plain_number(value: object) -> Fraction | None:
-    """Return a number that a float holds exactly (NumPy's too), or None for anything else."""
+    """Return a number of 1e100 at most exactly (NumPy's too), or None for anything else."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         return None
     if isinstance(value, numbers.Rational):
