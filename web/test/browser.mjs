@@ -139,6 +139,8 @@ try {
   await server.ended;
   await page.locator(".veil").waitFor();
   const errors = [...editor.errors];
+  // Left open, this page could find the new server by itself, and be told in the next one's place.
+  await page.goto("about:blank");
   server = await start();
   await page.goto(server.address);
   await editor.ready();
