@@ -3,9 +3,9 @@ import { Connection } from "../src/connection";
 import type { Document, State } from "../src/messages";
 import { Store } from "../src/store";
 import { EMPTY } from "./empty";
+import { nothing, UNHEARD } from "./unheard";
 
 const key = (output_time: number): Document["keys"][number] => ({ id: "k", input_time: 1, output_time, speed: null });
-const nothing = (): void => undefined;
 
 let sent: { type: string; revision: number; document?: Document }[];
 let offered: { label: string; again: () => void }[];
@@ -38,20 +38,7 @@ beforeEach(() => {
   sent = [];
   offered = [];
   store = new Store(nothing);
-  const events = {
-    notice: nothing,
-    listing: nothing,
-    found: nothing,
-    connected: nothing,
-    recovered: nothing,
-    resumed: nothing,
-    outrun: (label: string, again: () => void) => void offered.push({ label, again }),
-    refused: nothing,
-    written: nothing,
-    lost: nothing,
-    outdated: nothing,
-    renewed: nothing,
-  };
+  const events = { ...UNHEARD, outrun: (label: string, again: () => void) => void offered.push({ label, again }) };
   connection = new Connection(store, events, (callback) => callback());
   connection.opened({ send: (text) => void sent.push(JSON.parse(text)) });
   connection.text(state(1, EMPTY));

@@ -4,28 +4,14 @@ import { deleteItem } from "../src/deleting";
 import { addKey, addLock } from "../src/document";
 import { Store } from "../src/store";
 import { EMPTY } from "./empty";
+import { nothing, UNHEARD } from "./unheard";
 
 /** A store with a keytime and a lock, and a connection that leads nowhere. */
 function made(): { store: Store; connection: Connection; left: () => string[] } {
-  const store = new Store(() => undefined);
+  const store = new Store(nothing);
   store.setDocument(addLock(addKey(EMPTY, 1, 1)[0], 0, 1)[0]);
-  const nothing = (): void => undefined;
-  const events = {
-    notice: nothing,
-    listing: nothing,
-    found: nothing,
-    connected: nothing,
-    recovered: nothing,
-    resumed: nothing,
-    outrun: nothing,
-    refused: nothing,
-    written: nothing,
-    lost: nothing,
-    outdated: nothing,
-    renewed: nothing,
-  };
   const left = (): string[] => [...(store.document?.keys ?? []), ...(store.document?.locks ?? [])].map((one) => one.id);
-  return { store, connection: new Connection(store, events, nothing), left };
+  return { store, connection: new Connection(store, UNHEARD, nothing), left };
 }
 
 describe("deleting", () => {

@@ -16,11 +16,10 @@ from retime.batch.treatment import Treatment, settings
 from retime.brief import brief_repr
 from retime.errors import FormatError, OptionError, RetimeWarning
 from retime.files import read_bytes
+from retime.formats.number_text import count_of
 
 # What separates several texts of one cell.
 _SEVERAL = ";"
-# Of a whole number; a longer one is a text, which the setting refuses by name.
-_MOST_DIGITS = 18
 
 
 @dataclass(frozen=True)
@@ -183,8 +182,9 @@ def _rows(path: Path) -> dict[str, dict[str, Any]]:
 def _value(cell: str) -> Any:
     if cell.lower() in ("true", "false"):
         return cell.lower() == "true"
-    if cell.isdecimal() and cell.isascii() and len(cell) <= _MOST_DIGITS:
-        return int(cell)
+    count = count_of(cell)
+    if count is not None:
+        return count
     return [text.strip() for text in cell.split(_SEVERAL)] if _SEVERAL in cell else cell
 
 

@@ -143,10 +143,10 @@ def is_grey(form: Any) -> bool:
 
 
 def range_of(frame: Any) -> int:
-    """Return a frame's range as FFmpeg numbers it: 1 (narrow), 2 (full), or 0 where it isn't told."""
+    """Return a frame's range as FFmpeg numbers it: 2 (full), or 1 (narrow), which is meant where nothing is told."""
     if frame.format.is_rgb or frame.format.has_palette or frame.format.name in _FULL_RANGE:
         return 2
-    return int(frame.color_range)
+    return int(frame.color_range) or 1
 
 
 def pixel_format_for(encoder: str, source: str, told: str | None) -> str:
@@ -296,12 +296,12 @@ def copy_looks(
         made.colorspace, made.color_range = 0, 2
     elif is_grey(form):
         made.colorspace = 2
-    elif encoder in _NO_RANGE:
-        made.color_range = 1
-    if made.colorspace == 0 and not (form.is_rgb or form.has_palette):
+    elif made.colorspace == 0:
         # Pictures of red, green and blue, or of grey, made luma and chroma: by the matrix and the range that are meant
         # where none is said (BT.601, narrow), since AVI and MPEG say neither.
         made.colorspace, made.color_range = 6, 2 if made.pix_fmt in _FULL_RANGE else 1
+    elif encoder in _NO_RANGE:
+        made.color_range = 1
     if context is not None and context.sample_aspect_ratio:
         made.sample_aspect_ratio = context.sample_aspect_ratio
     if source is not None:

@@ -87,12 +87,12 @@ def _encoded_frames(stream: Any, steps: Iterable[tuple[int, Any]], plan: FramePl
     """Encode frames; the packets, with the time that is reached."""
     palette = _Palette() if form == "pal8" else None
     ends = np.append(plan.stamps[1:], plan.end)
-    wanted = int(stream.codec_context.color_range)
+    wanted = int(stream.codec_context.color_range) or 1
     for (stamp, picture), end in zip(steps, ends.tolist(), strict=True):
         shown = picture
         if palette is not None:
             shown = palette.applied(picture)
-        elif picture.format.name != form or (wanted and range_of(picture) != wanted):
+        elif picture.format.name != form or range_of(picture) != wanted:
             shown = picture.reformat(format=form, src_color_range=range_of(picture), dst_color_range=wanted)
         # The encoder decides on kinds of frames by itself, and keeps a reference of its own.
         shown.pict_type, shown.pts, shown.time_base, shown.duration = 0, stamp, plan.base, end - stamp

@@ -341,6 +341,14 @@ def test_samples_anywhere_in_a_package_are_retimed_on_their_own_clocks(tmp_path:
         retime_file(path, place, warp, overwrite=True)
 
 
+def _before_and_after(layer: Any, warp: Warp, folder: Path, name: str) -> tuple[Any, Any]:
+    """Write a layer, retime it, and open both."""
+    path, place = folder / f"{name}.usda", folder / f"{name}b.usda"
+    layer.Export(str(path))
+    retime_file(path, place, warp, tolerance=0)
+    return literal.opened(path), literal.opened(place)
+
+
 def test_a_spline_is_cut_exactly(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     for turn in range(6):
@@ -362,11 +370,8 @@ def test_a_spline_is_cut_exactly(tmp_path: Path) -> None:
                 knot.SetPreValue(float(rng.normal()))
             spline.SetKnot(knot)
         spec.SetSpline(spline)
-        path, place = tmp_path / f"{turn}.usda", tmp_path / f"{turn}b.usda"
-        layer.Export(str(path))
         warp = a_warp(2.0)
-        retime_file(path, place, warp, tolerance=0)
-        before, after = literal.opened(path), literal.opened(place)
+        before, after = _before_and_after(layer, warp, tmp_path, str(turn))
         assert after.GetAttributeAtPath("/A.x").HasSpline()
         chosen = [pair for pair in pairs(before, warp) if np.abs(times - pair[1]).min() > 0.01]
         relative, _, other = literal.worst(before, after, chosen)
@@ -414,11 +419,8 @@ def test_loops_and_lines_beyond_the_ends_are_written_out(tmp_path: Path) -> None
             inner.numPreLoops, inner.numPostLoops, inner.valueOffset = 1, 2, float(rng.normal())
             spline.SetInnerLoopParams(inner)
         spec.SetSpline(spline)
-        path, place = tmp_path / f"{turn}.usda", tmp_path / f"{turn}b.usda"
-        layer.Export(str(path))
         warp = a_warp(2.0)
-        retime_file(path, place, warp, tolerance=0)
-        before, after = literal.opened(path), literal.opened(place)
+        before, after = _before_and_after(layer, warp, tmp_path, str(turn))
         new = after.GetAttributeAtPath("/A.x").GetSpline()
         assert not new.HasLoops()
         shown = before.GetAttributeAtPath("/A.x").GetSpline()
