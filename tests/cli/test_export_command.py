@@ -57,10 +57,7 @@ def test_a_curve_comes_back_as_a_warp(run, tmp_path, warp) -> None:
 
 def test_the_summary_of_a_warp_that_came_back_as_json(run, tmp_path, warp) -> None:
     export_curve(read_warp(warp), tmp_path / "a.txt", "framecurve", rate=24)
-    result = run(
-        *("import", "a.txt", "--host", "framecurve", "--rate", "24", "--start", "1", "--tolerance", "0.1"),
-        *("-o", "back.json", "--json"),
-    )
+    result = run("import", "a.txt", "--host", "framecurve", "--rate", "24", "--start", "1", "-o", "back.json", "--json")
     assert json.loads(result.stdout) == {
         "output": "back.json",
         "knots": 4,
@@ -69,6 +66,17 @@ def test_the_summary_of_a_warp_that_came_back_as_json(run, tmp_path, warp) -> No
         "slowest": -1.0,
         "fastest": 2.0,
     }
+
+
+def test_a_rounded_curve_is_drawn_as_finely_as_is_asked_for(run, tmp_path) -> None:
+    ease = {"o": {"x": [0.42], "y": [0]}, "i": {"x": [0.58], "y": [1]}}
+    keys = [{"t": 0, "s": [0], **ease}, {"t": 48, "s": [4]}]
+    (tmp_path / "a.json").write_text(json.dumps({"fr": 24, "layers": [{"tm": {"a": 1, "k": keys}}]}))
+    counts = []
+    for tolerance in ("0.1", "0.0001"):
+        result = run("import", "a.json", "--tolerance", tolerance, "-o", "x.json", "--force", "--json")
+        counts.append(json.loads(result.stdout)["knots"])
+    assert 3 < counts[0] < 12 < counts[1]
 
 
 def test_one_of_several_curves(run, tmp_path) -> None:

@@ -33,6 +33,14 @@ def suits(host: Host, warp: Warp) -> bool:
     return bool(warp.monotone) or (host.holds and host.backward)
 
 
+def most_error(host: Host, rate: Fraction, tolerance: float) -> float:
+    """Return how many seconds a curve may be off: what it is thinned out by, and the whole frame that is shown."""
+    off = 0.0 if host.every_frame else tolerance
+    if host.name == "frames" or host.picks == "nearest":
+        off += 0.5 / float(rate)
+    return off + 1.0 / float(rate) if host.picks == "last" else off
+
+
 def frame_times(warp: Warp, rate: Fraction) -> np.ndarray:
     """Return the times of the output's whole frames."""
     shot = Shot(rate)

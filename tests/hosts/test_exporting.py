@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from retime import Keytime, export_curve, import_curve
 from retime.errors import FormatError, OptionError, OutputExistsError
 from retime.hosts.registry import HOST_NAMES, HOSTS, Host, host_named
 from retime.warp.curve import Warp
-from tests.hosts.material import ITEMS, RATES, drawn_warp, frame_times, suits
+from tests.hosts.material import ITEMS, RATES, drawn_warp, frame_times, most_error, suits
 
 _TOLERANCE = 0.001
 # Of numbers with twelve decimals, of rational seconds, of JSON.
@@ -36,8 +37,7 @@ def test_what_is_written_is_within_the_error_that_is_said(tmp_path, host) -> Non
             continue
         place, done = written(tmp_path, warp, host, rate)
         assert done.error_frames == pytest.approx(done.error * float(rate))
-        most = 0.5 / float(rate) if host.name == "frames" else 0.0 if host.every_frame else _TOLERANCE
-        assert done.error <= most + _ROUNDING
+        assert done.error <= most_error(host, rate, _TOLERANCE) + _ROUNDING
         if not host.imports:
             continue
         told = {} if host.says_rate or host.name == "csv" else {"rate": rate}
@@ -82,7 +82,7 @@ def test_a_curve_goes_from_host_to_host(tmp_path, one, other) -> None:
 def test_frames_are_counted_from_where_the_shot_begins(tmp_path, host) -> None:
     warp = drawn_warp(3, forward=True)
     place, done = written(tmp_path, warp, host, Fraction(24), start=1001)
-    assert done.error <= (0.5 / 24 if host.name == "frames" else _TOLERANCE) + _ROUNDING
+    assert done.error <= most_error(host, Fraction(24), _TOLERANCE) + _ROUNDING
     assert "1001" in place.read_text()
     if host.imports:
         told = {} if host.says_rate else {"rate": 24}
@@ -112,12 +112,54 @@ def test_the_error_is_measured_against_the_warp_itself_and_not_against_the_simpl
     assert (done.keys, done.error, done.error_frames) == (2, pytest.approx(0.02), pytest.approx(0.2))
 
 
+@pytest.mark.parametrize(("name", "off"), [("frames", 0.5), ("ffmpeg", 0.5), ("mlt", 0.75), ("framecurve", 0.0)])
+def test_where_whole_frames_are_shown_the_error_is_of_those(tmp_path, name, off) -> None:
+    # The output asks for the input frames 0, 0.75, 1.5, 2.25, 3, ...: shown is the nearest, or the last that has begun.
+    _, done = written(tmp_path, Warp([0.0, 10.0], [0.0, 7.5]), host_named(name), Fraction(24))
+    assert done.error_frames == pytest.approx(off, abs=1e-5)
+
+
+@pytest.mark.parametrize("rate", [*RATES, Fraction(30000, 1001), Fraction(60000, 1001)], ids=str)
+def test_mlt_shows_each_frame_once_where_nothing_is_retimed(tmp_path, rate) -> None:
+    # As the link does it: a line between two keys, times the clip's rate, cut off to a whole frame. A second that was
+    # rounded down by a hair would show the frame before.
+    for speed in (1, -1, 2):
+        n = 1000
+        frames = np.arange(n + 1)
+        shows = frames * speed - min(0, n * speed)
+        warp = Warp(frames[[0, n]] / float(rate), shows[[0, n]] / float(rate))
+        place, done = written(tmp_path, warp, host_named("mlt"), rate)
+        keys = re.search(r'name="time_map">([^<]*)<', place.read_text())
+        at, seconds = np.array([key.split("=") for key in keys[1].split(";")], dtype=float).T
+        assert (np.floor(np.interp(frames, at, seconds) * float(rate)) == shows).all()
+        assert done.error_frames < 1e-6
+
+
+def test_final_cut_shows_the_nearest_frame(tmp_path) -> None:
+    # Times are rounded to parts of a second: the last frame that has begun would now and then be the one before.
+    warp = Warp([0.0, 1 / 3, 1.0], [0.0, 1.0, 1.0 + 4 / 3])
+    place, _ = written(tmp_path, warp, host_named("fcpxml"), Fraction(24))
+    assert '<timeMap frameSampling="nearest-neighbor" ' in place.read_text()
+
+
+@pytest.mark.parametrize(
+    "host", [host for host in HOSTS if host.every_frame or host.whole_frames], ids=lambda host: host.name
+)
+def test_an_output_of_a_single_frame_is_refused_where_frames_are_written(tmp_path, host) -> None:
+    short = Warp([0.0, 0.02], [0.0, 0.04])
+    with pytest.raises(OptionError, match=r"a single frame at 24 frames a second.*higher rate"):
+        written(tmp_path, short, host, Fraction(24))
+    assert list(tmp_path.iterdir()) == []
+    _, done = written(tmp_path, short, host, Fraction(100))
+    assert done.keys >= 2
+
+
 @pytest.mark.parametrize("host", [host for host in HOSTS if not host.holds], ids=lambda host: host.name)
 def test_holds_and_reverse_are_refused_with_what_would_do(tmp_path, host) -> None:
     with pytest.raises(OptionError, match=r"holds from output time 1 to 2 s.*can't express.*--speed"):
         written(tmp_path, HOLDS, host, Fraction(24))
     back = Warp([0.0, 1.0, 2.0, 3.0], [0.0, 2.0, 1.0, 1.5])
-    with pytest.raises(OptionError, match=r"runs backward from output time 1 to 2 s.*nuke"):
+    with pytest.raises(OptionError, match=r"runs backward from output time 1 to 2 s.*frames \(a list.*nuke"):
         written(tmp_path, back, host, Fraction(24))
     assert list(tmp_path.iterdir()) == []
 
@@ -174,6 +216,8 @@ def test_what_has_no_use_is_refused(tmp_path) -> None:
         ("nuke", {"rate": 24, "start": 10**12}, "no shot begins"),
         ("nuke", {"rate": 24, "item": "a\nb"}, "can't be printed"),
         ("nuke", {"rate": 24, "item": "a b}"}, "a node's name"),
+        ("nuke", {"rate": 24, "item": "1st"}, "begins with no digit"),
+        ("fcpxml", {"rate": 24, "item": "  "}, "--item is blank"),
         ("usd-clips", {"rate": 24, "item": "walk.usd"}, "a layer and a prim"),
         ("maya", {"rate": Fraction(100, 3)}, "Maya has no time unit of 33.3333"),
         ("premiere", {"rate": Fraction(100, 3)}, "premiere has no sequence"),

@@ -13,6 +13,7 @@ from retime import export_curve, import_curve
 from retime.errors import FormatError, OptionError, RetimeWarning
 from retime.hosts.bezier import drawn
 from retime.hosts.maya import unit_of
+from retime.hosts.registry import HOSTS, host_named
 from retime.warp.curve import Warp
 
 NUKE = "TimeWarp {{\n inputs 0\n lookup {{{{curve {}}}}}\n name Ramp\n}}\n"
@@ -59,11 +60,11 @@ def test_tables(tmp_path, text, outputs, inputs) -> None:
     [
         ("", "needs two or more keys, found 0"),
         ("0,0\n", "needs two or more keys, found 1"),
-        ("0,0\n1,2,3\n", r"a\.csv:2: expected two columns"),
+        ("0,0\n1,2,3\n", r"a\.csv:2: expected two columns.*with a comma"),
         ("0,0\n1,nan\n", r"a\.csv:2: expected a finite number"),
         ("0,0\n1,1e400\n", r"a\.csv:2: .*too large"),
         ("0,0\n1,1_0\n", r"a\.csv:2: expected a number"),
-        ("0,0\n1,1\n1,2\n", r"a\.csv:3: output times must increase: key 2 is at 1 s"),
+        ("0,0\n1,1\n1,2\n", r"a\.csv:3: output times must increase: key 2 is at 1 s.*sort the keys"),
         ("0,0\n2,1\n1,2\n", r"a\.csv:3: output times must increase"),
         ("0,0\n1,1e8\n", r"a\.csv:2: key 1: no clip has a time"),
         ("time,value\n0,0\n1,1\n", r"a\.csv:1: expected the columns output_time,input_time"),
@@ -90,7 +91,7 @@ def test_framecurve(tmp_path) -> None:
     warp = read(tmp_path, text, "a.framecurve.txt", rate=10)
     np.testing.assert_allclose(warp.output_times, [0, 1, 2])
     np.testing.assert_allclose(warp.input_times, [0, 0.25, 2])
-    with pytest.raises(FormatError, match=r"a\.txt:2: expected at_frame and use_frame_of_source, found 1 column"):
+    with pytest.raises(FormatError, match=r"a\.txt:2: expected at_frame and use_frame_of_source.*, found 1 column"):
         read(tmp_path, "1\t1\n2\n", "a.txt", rate=10)
 
 
@@ -127,8 +128,8 @@ def test_nuke(tmp_path, curve, outputs, inputs) -> None:
         ("L x1 1 xnan 13", r"a\.nk:3: expected a finite number, found 'nan'"),
         ("L x1 1 x5 what", r"a\.nk:3: expected a number, found 'what'"),
         ("L x5 1 x1 2", r"a\.nk:3: output times must increase"),
-        ("L x5 1", "two or more keys"),
-        ("", "two or more keys"),
+        ("L x5 1", r"a\.nk:3: a retime curve needs two or more keys"),
+        ("", r"a\.nk:3: a retime curve needs two or more keys"),
     ],
 )
 def test_what_only_nuke_can_draw_is_refused(tmp_path, curve, said) -> None:
@@ -140,6 +141,29 @@ def test_a_script_without_a_curve(tmp_path) -> None:
     for text in ("Blur {\n size 3\n}\n", "TimeWarp {\n lookup 12\n}\n", ""):
         with pytest.raises(FormatError, match="expected a Nuke script with a TimeWarp with a curve"):
             read(tmp_path, text, "a.nk", rate=24)
+
+
+@pytest.mark.parametrize(
+    "other", ["curve+5 L x1 1 x25 25", "curve*2 L x1 1 x25 25", '"curve + 5" L x1 1 x25 25', "frame/2"]
+)
+def test_what_nuke_works_out_of_the_keys_is_no_key(tmp_path, other) -> None:
+    with pytest.raises(FormatError, match=r"a\.nk:3: the node's lookup is an expression.*generate a key"):
+        read(tmp_path, NUKE.replace("curve {}", "{}").format(other), "a.nk", rate=24)
+
+
+@pytest.mark.parametrize("curve", ["L x1 1 x9 x25 25", "L x1 1 x25 25 x26"])
+def test_a_key_of_nuke_without_a_value(tmp_path, curve) -> None:
+    with pytest.raises(FormatError, match=r"a\.nk:3: the key at x(9|26) has no value"):
+        read(tmp_path, NUKE.format(curve), "a.nk", rate=24)
+
+
+def test_a_disabled_node_is_told(tmp_path) -> None:
+    node = NUKE.format("L x1 1 x25 25")
+    with pytest.warns(RetimeWarning, match="the node is disabled"):
+        warp = read(tmp_path, node.replace(" name", " disable true\n name"), "a.nk", rate=24)
+    assert warp.slopes.tolist() == [1.0]
+    # That another node is, is of no matter.
+    assert read(tmp_path, f"{node}Blur {{\n disable true\n}}\n", "a.nk", rate=24) == warp
 
 
 def test_of_several_the_named_one(tmp_path) -> None:
@@ -218,6 +242,11 @@ def test_weighted_tangents_are_handles(tmp_path) -> None:
             r"a\.ma:11: output times must increase",
         ),
         ('\tsetAttr ".tan" 2;\n\tsetAttr -s 3 ".ktv[1:2]"  1 1 26 51;\n', "not numbered"),
+        (
+            '\tsetAttr ".tan" 2;\n\tsetAttr -s 9 ".ktv[0:8]"  1 1 26 51 51 51;\n',
+            r"a\.ma:11: \.ktv\[0:8\] is of 9 keys, found 3: is the file cut off",
+        ),
+        (f'\tsetAttr ".tan" 2;\n{KTV}\tsetAttr -s 3 ".kot[0:2]" 18;\n', r"\.kot\[0:2\] is of 3 keys, found 1"),
         ('\tsetAttr ".tan" 2;\n\tsetAttr ".ktv[0:1]"  1 1 26 inf;\n', r"a\.ma:11: expected a finite number"),
         ('\tsetAttr ".tan" 2;\n', "two or more keys"),
         ('\tsetAttr ".tan" "2;\n', r"a text in quotes does not end"),
@@ -282,13 +311,20 @@ def test_the_time_of_a_map_s_last_frame_is_no_hold(tmp_path) -> None:
         ('<timept time="0" value="0s" interp="linear"/>', r"a\.fcpxml:4: time: expected rational seconds .*found '0'"),
         ('<timept time="0s" value="1/0s" interp="linear"/>', r"value: expected rational seconds"),
         ('<timept time="0s" interp="linear"/>', r"value: expected rational seconds.*found None"),
-        ("", "two or more keys"),
+        ("", r"a\.fcpxml:4: a retime curve needs two or more keys"),
         ("<timept", r"a\.fcpxml:4:\d+: not XML"),
     ],
 )
 def test_maps_that_are_none(tmp_path, points, said) -> None:
     with pytest.raises(FormatError, match=said):
         read(tmp_path, FCPXML.format(points), "a.fcpxml")
+
+
+def test_a_disabled_clip_is_told(tmp_path) -> None:
+    points = "".join(f'<timept time="{t}s" value="{t}s" interp="linear"/>' for t in (0, 1))
+    with pytest.warns(RetimeWarning, match="the clip is disabled"):
+        warp = read(tmp_path, FCPXML.format(points).replace("<asset-clip", '<asset-clip enabled="0"'), "a.fcpxml")
+    assert warp.slopes.tolist() == [1.0]
 
 
 def test_entities_are_not_expanded_and_no_other_file_is_opened(tmp_path) -> None:
@@ -386,6 +422,45 @@ def test_timelines_that_are_no_warp(tmp_path, text, said) -> None:
         read(tmp_path, text, "a.otio")
 
 
+@pytest.mark.parametrize("kind", ["Track.1", "Stack.1"])
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        (
+            "effects",
+            [{"OTIO_SCHEMA": "LinearTimeWarp.1", "time_scalar": 2.0}],
+            "has a time effect, and a warp is read from",
+        ),
+        ("effects", [{"OTIO_SCHEMA": "FreezeFrame.1"}], "has a time effect, and a warp is read from"),
+        ("enabled", False, "is switched off"),
+        ("source_range", (12, 24), "shows a part of its clips alone"),
+        ("source_range", (0, 47), "shows a part of its clips alone"),
+    ],
+)
+def test_what_is_done_to_all_clips_at_once_is_no_warp_of_a_clip(tmp_path, kind, field, value, said) -> None:
+    def moment(number):
+        return {"OTIO_SCHEMA": "RationalTime.1", "rate": 24.0, "value": number}
+
+    def changed(value) -> str:
+        if field == "source_range":
+            value = {"start_time": moment(value[0]), "duration": moment(value[1])}
+        document = json.loads(otio([(0, 24, 1), (24, 24, 2)]))
+        stack = document["tracks"]
+        (stack if kind == "Stack.1" else stack["children"][0])[field] = value
+        return json.dumps(document)
+
+    with pytest.raises(FormatError, match=f"a\\.otio: the {kind[:5].lower()} '.*' {said}"):
+        read(tmp_path, changed(value), "a.otio")
+    # What changes nothing is no matter.
+    plain = {"effects": [{"OTIO_SCHEMA": "Effect.1"}], "enabled": True, "source_range": (0, 48)}[field]
+    assert read(tmp_path, changed(plain), "a.otio") == read(tmp_path, otio([(0, 24, 1), (24, 24, 2)]), "a.otio")
+
+
+def test_gaps_before_the_first_clip_add_up(tmp_path) -> None:
+    warp = read(tmp_path, otio([(None, 24, 1), (None, 12, 1), (0, 25, 1)]), "a.otio")
+    assert warp.output_times.tolist() == pytest.approx([1.5, 2.5])
+
+
 def test_an_effect_that_is_switched_off_does_nothing(tmp_path) -> None:
     text = otio([(0, 24, 2)]).replace('"LinearTimeWarp.1"', '"LinearTimeWarp.1", "enabled": false')
     assert read(tmp_path, text, "a.otio").slopes.tolist() == pytest.approx([1.0])
@@ -433,7 +508,13 @@ def test_lottie_s_lines_holds_and_curves(tmp_path) -> None:
         (lottie(key(0, 0), key(24, 10**400)), "whole number has too many|a time can be"),
         ('{"fr": 24, "layers": [{"tm": {"a": 0, "k": 3}}]}', "holds one moment"),
         ('{"fr": 24, "layers": []}', "layer with a time remap"),
-        ('{"format": "retime-warp"}', "expected a composition of Lottie"),
+        ('{"format": "retime-warp"}', "expected a composition of Lottie.*a warp of retime already"),
+        (
+            json.dumps(
+                {"fr": 24, "layers": [{"tm": {"a": 1, "k": [key(0, 0), key(24, 2)], "x": "var $bm_rt = time;"}}]}
+            ),
+            "has an expression.*Convert Expression to Keyframes",
+        ),
     ],
 )
 def test_remaps_that_are_no_warp(tmp_path, text, said) -> None:
@@ -475,6 +556,31 @@ def test_whose_curve_it_is_is_told_by_the_ending_or_by_the_user(tmp_path) -> Non
     assert read(tmp_path, "0,0\n1,1\n", "a.dat", host="csv").slopes.tolist() == [1.0]
     with pytest.raises(OptionError, match="--start would have no effect"):
         read(tmp_path, "", "a.fcpxml", start=3)
+
+
+@pytest.mark.parametrize("option", [{"rate": 24}, {"start": 1}, {"rate": 24, "start": 1}])
+def test_a_table_that_is_read_as_seconds_is_not_told_to_count_frames(tmp_path, option) -> None:
+    # Frames without a line of names would be taken for seconds, without a word.
+    with pytest.raises(OptionError, match=f"--{next(iter(option))} would have no effect.*output_frame,input_frame"):
+        read(tmp_path, "1,1\n25,49\n", "a.csv", **option)
+    named = read(tmp_path, "output_frame,input_frame\n1,1\n25,49\n", "a.csv", rate=24, start=1)
+    assert (named.output_times.tolist(), named.input_times.tolist()) == ([0.0, 1.0], [0.0, 2.0])
+
+
+@pytest.mark.parametrize("name", [host.name for host in HOSTS if host.imports])
+def test_options_that_a_curve_has_no_use_for_are_refused(tmp_path, name) -> None:
+    host = host_named(name)
+    place = tmp_path / f"a{host.suffixes[0]}"
+    export_curve(Warp([0.0, 1.0, 2.0], [0.0, 2.0, 2.0]), place, name, rate=24)
+    told = {} if host.says_rate or name == "csv" else {"rate": 24}
+    assert float(import_curve(place, name, **told)(2.0)) == pytest.approx(2.0)
+    if host.bends:
+        import_curve(place, name, tolerance=0.1, **told)
+    else:
+        with pytest.raises(OptionError, match="--tolerance would have no effect"):
+            import_curve(place, name, tolerance=0.1, **told)
+    with pytest.raises(OptionError, match="is called other; there is" if host.takes_item else "--item would have no"):
+        import_curve(place, name, item="other", **told)
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ export const HOSTS: readonly Host[] = [
   },
   {
     name: "maya",
-    title: "Maya, the scene's time warp, or the curves that --item names",
+    title: "Maya, the scene's time warp, or that of named curves",
     suffixes: [".ma", ".py"],
     firstFrame: 1,
     item: "animation curves, with commas between",

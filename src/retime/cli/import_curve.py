@@ -67,7 +67,7 @@ _EXAMPLES = (
     metavar="SECONDS",
     callback=parsed(read_tolerance),
     default_text="0.001",
-    help="How far off the lines may be that a rounded curve is drawn by.",
+    help="How far off the lines may be that a rounded curve (of Maya, of Lottie) is drawn by.",
 )
 @click.option(
     "--item",

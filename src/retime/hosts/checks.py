@@ -11,6 +11,7 @@ from retime.warp.curve import Warp
 # Seconds: of rounding, a warp that begins at the clip's first frame may lie this far before it.
 _ROUNDING = 1e-9
 _PLAYS_ALL = "csv, nuke and maya play it as it is"
+_PLAYS_BACK = "frames (a list of the frames to show), mlt, nuke, maya and csv play it as it is"
 
 
 def check_warp(host: Host, warp: Warp) -> None:
@@ -30,7 +31,7 @@ def check_warp(host: Host, warp: Warp) -> None:
             start, end = _span(pieces)
             raise OptionError(
                 f"the warp {what} from output time {warp.output_times[start]:g} to {warp.output_times[end]:g} s, which "
-                f"{host.name} can't express: it gives each input frame one time. {_PLAYS_ALL}; "
+                f"{host.name} can't express: it gives each input frame one time. {_PLAYS_BACK}; "
                 "or find a warp that always plays forward (--speed 1/4..8)"
             )
     fast = np.abs(warp.slopes) > host.fastest * (1 + 1e-9)

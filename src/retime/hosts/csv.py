@@ -27,6 +27,20 @@ def write(warp: Warp, shot: Shot) -> str:
 
 def read(data: bytes, shot: Shot) -> Warp:
     """Read a table of two columns; without a line of names they are seconds."""
+    frames, rows, lines = _table(data)
+    outputs, inputs = np.array(rows, dtype=np.float64).reshape(-1, 2).T
+    if frames:
+        outputs, inputs = shot.times(outputs), shot.times(inputs)
+    return warp_of(outputs, inputs, place=lambda key: {"line": lines[key]})
+
+
+def counts_frames(data: bytes) -> bool:
+    """Whether a table counts frames; errors are those of `read`."""
+    return _table(data)[0]
+
+
+def _table(data: bytes) -> tuple[bool, list[list[float]], list[int]]:
+    """Return whether a table counts frames, its rows, and the line of each."""
     frames, seen = False, False
     lines: list[int] = []
     rows: list[list[float]] = []
@@ -35,7 +49,11 @@ def read(data: bytes, shot: Shot) -> Warp:
         if cells == [""]:
             continue
         if len(cells) != 2:
-            raise FormatError(f"expected two columns, output time and input time, found {len(cells)}", line=line)
+            raise FormatError(
+                "expected two columns, output time and input time, with a comma, semicolon or tab between and points "
+                f"in numbers, found {len(cells)}",
+                line=line,
+            )
         if not seen and not re.match(r"[-+.\d]", cells[0]):
             seen = True
             names = [cell.strip('"').lower() for cell in cells]
@@ -52,7 +70,4 @@ def read(data: bytes, shot: Shot) -> Warp:
             raise FormatError(f"more than {MOST_KEYS} keys", line=line)
         rows.append([number(cell, line) for cell in cells])
         lines.append(line)
-    outputs, inputs = np.array(rows, dtype=np.float64).reshape(-1, 2).T
-    if frames:
-        outputs, inputs = shot.times(outputs), shot.times(inputs)
-    return warp_of(outputs, inputs, place=lambda key: {"line": lines[key]})
+    return frames, rows, lines

@@ -34,7 +34,8 @@ class ExportedCurve:
         Of the curve.
     error : float
         Seconds: the furthest that the curve, read back from the file, shows another input time than the warp; at the
-        output's frames where the host counts frames, and at every key of both where it draws lines between them.
+        output's frames where the host counts frames, and at every key of both where it draws lines between them. Where
+        the file says which whole frame is shown (ffmpeg, MLT, the list), it is of that frame.
     error_frames : float, optional
         The same in frames; None where no rate was named.
     """
@@ -135,6 +136,11 @@ def curve_text(
     shot = _shot(host, rate, start, tolerance, item)
     _check_ending(host, place, item)
     check_warp(host, warp)
+    if (host.every_frame or host.whole_frames) and shot.count_frames(warp) < 2:
+        raise OptionError(
+            f"the output is a single frame at {float(shot.exact_rate):g} frames a second, in which nothing is retimed; "
+            "name a higher rate (--rate)"
+        )
     if host.every_frame:
         keyed = shot.on_frames(warp)
     else:
@@ -167,6 +173,8 @@ def _shot(host: Host, rate: RateLike | None, start: int | None, tolerance: float
         raise OptionError(f"--item would have no effect: for {host.name} there is nothing to name")
     if not item and host.needs_item:
         raise OptionError(f"{host.name} needs --item: {host.takes_item}")
+    if item and not item.strip():
+        raise OptionError("--item is blank: leave it out, or name what the curve is for")
     if not item.isprintable():
         raise OptionError("--item holds a letter that can't be printed: no program has such a name")
     allowed = TOLERANCE if tolerance is None else real(tolerance, "the tolerance")
@@ -189,6 +197,10 @@ def _check_ending(host: Host, place: Path, item: str) -> None:
 
 def _worst(warp: Warp, back: Warp, host: Host, shot: Shot) -> float:
     """Return the largest difference of input times, seconds."""
+    if host.picks:
+        at, rate = shot.on_frames(warp).output_times, float(shot.exact_rate)
+        shown = np.floor(back(at) * rate + (0.5 if host.picks == "nearest" else 0.0)) / rate
+        return float(np.abs(warp(at) - shown).max())
     times: list[FloatArray] = []
     if shot.rate is not None:
         times.append(shot.on_frames(warp).output_times)

@@ -3,7 +3,8 @@
 ``timept`` gives a ``time`` of the retimed clip and the ``value``, a time of the original clip, as rational seconds,
 both from the clip's first frame; ``interp="linear"`` must be said, as ``smooth2``, a spline whose form is nowhere
 written down, is what holds otherwise. Values that fall run backward, equal ones hold. Lengths and places of clips stand
-on whole frames, times of the map need not.
+on whole frames, times of the map need not. The nearest frame is shown: the last that has begun (``floor``) would be a
+frame early wherever rounding leaves a value a hair below a whole frame.
 
 A map's first and last point are the ends of the clip, and a clip ends when its last frame has been shown. A warp ends
 where its last frame begins: so one more point holds that frame until the clip ends, and a last hold of less than a
@@ -16,16 +17,16 @@ Source: Apple, FCPXML Reference, ``timeMap`` and ``timept``
 from __future__ import annotations
 
 import re
+import warnings
 from fractions import Fraction
-from pathlib import PurePath
-from urllib.parse import quote
 
 import numpy as np
 
-from retime.errors import FormatError
+from retime.errors import FormatError, RetimeWarning
 from retime.hosts.choosing import chosen
 from retime.hosts.safe_xml import Element, attribute, parse_xml
 from retime.hosts.shot import MOST_KEYS, Shot, warp_of
+from retime.hosts.source_file import address, name_of
 from retime.warp.curve import Warp
 
 _TIME = re.compile(r"([+-]?\d{1,19})(?:/(\d{1,10}))?s", re.ASCII)
@@ -39,7 +40,7 @@ def write(warp: Warp, shot: Shot) -> str:
     n_out = shot.first_frame(warp) + shot.count_frames(warp)
     n_in = int(np.ceil(float(warp.input_times.max()) * float(rate) - 1e-6)) + 1
     source = shot.item or "clip.mov"
-    name = attribute(PurePath(source).stem)
+    name = attribute(name_of(source))
     # A multiple of the rate's, so that whole frames are exact.
     scale = rate.numerator * -(-_FINE // rate.numerator)
     points = "".join(
@@ -57,20 +58,13 @@ def write(warp: Warp, shot: Shot) -> str:
         f'    <format id="r1" frameDuration="{_exact(1 / rate)}" width="1920" height="1080"/>\n'
         f'    <asset id="r2" name={name} start="0s" duration="{_exact(n_in / rate)}" hasVideo="1" format="r1">\n'
         f'      <media-rep kind="original-media" src={attribute(address(source))}/>\n    </asset>\n  </resources>\n'
-        f"  <project name={attribute('retimed ' + PurePath(source).stem)}>\n"
+        f"  <project name={attribute('retimed ' + name_of(source))}>\n"
         f'    <sequence format="r1" duration="{_exact(n_out / rate)}">\n      <spine>\n'
         f'        <asset-clip ref="r2" name={name} offset="{start}" start="{start}" duration="{duration}">\n'
-        '          <timeMap frameSampling="floor" preservesPitch="1">\n'
+        '          <timeMap frameSampling="nearest-neighbor" preservesPitch="1">\n'
         f"{points}"
         "          </timeMap>\n        </asset-clip>\n      </spine>\n    </sequence>\n  </project>\n</fcpxml>\n"
     )
-
-
-def address(source: str) -> str:
-    """Return the address of a file."""
-    if "://" in source:
-        return source
-    return ("file://" if source.startswith("/") else "./") + quote(source)
 
 
 def _exact(time: Fraction) -> str:
@@ -90,13 +84,19 @@ def read(data: bytes, shot: Shot) -> Warp:
     waiting = [top]
     while waiting:
         element = waiting.pop()
-        if (time_map := element.child("timeMap")) is not None:
+        if element.child("timeMap") is not None:
             name = element.attributes.get("name", element.tag)
-            found[name if name not in found else f"{name} ({len(found) + 1})"] = time_map
+            found[name if name not in found else f"{name} ({len(found) + 1})"] = element
         waiting += reversed(element.children)
-    points = [
-        child for child in chosen(found, shot.item, "clip with a timeMap", "FCPXML").children if child.tag == "timept"
-    ]
+    clip = chosen(found, shot.item, "clip with a timeMap", "FCPXML")
+    if clip.attributes.get("enabled") == "0":
+        warnings.warn(
+            "the clip is disabled, so Final Cut Pro does not show it; its time map is read all the same",
+            RetimeWarning,
+            stacklevel=2,
+        )
+    time_map = next(child for child in clip.children if child.tag == "timeMap")
+    points = [child for child in time_map.children if child.tag == "timept"]
     if len(points) > MOST_KEYS:
         raise FormatError(f"more than {MOST_KEYS} keys", line=points[MOST_KEYS].line)
     for point in points:
@@ -110,7 +110,7 @@ def read(data: bytes, shot: Shot) -> Warp:
     outputs, inputs = ([_time(point, what) for point in points] for what in ("time", "value"))
     if len(points) > 2 and inputs[-1] == inputs[-2] and outputs[-1] - outputs[-2] < 1.5 * _frame(top):
         del outputs[-1], inputs[-1]
-    return warp_of(outputs, inputs, place=lambda key: {"line": points[key].line})
+    return warp_of(outputs, inputs, place=lambda key: {"line": points[key].line}, begins={"line": time_map.line})
 
 
 def _frame(top: Element) -> float:

@@ -40,7 +40,10 @@ def read(data: bytes, shot: Shot) -> Warp:
         if not cells or cells[0].startswith("#"):
             continue
         if len(cells) != 2:
-            raise FormatError(f"expected at_frame and use_frame_of_source, found {len(cells)} columns", line=line)
+            columns = "1 column" if len(cells) == 1 else f"{len(cells)} columns"
+            raise FormatError(
+                f"expected at_frame and use_frame_of_source with a tab between, found {columns}", line=line
+            )
         if len(rows) == MOST_KEYS:
             raise FormatError(f"more than {MOST_KEYS} keys", line=line)
         rows.append([number(cell, line) for cell in cells])

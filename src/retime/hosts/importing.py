@@ -8,6 +8,7 @@ from pathlib import Path
 from retime.checks import path_of, real, whole
 from retime.errors import FormatError, OptionError
 from retime.files import read_bytes
+from retime.hosts import csv
 from retime.hosts.exporting import TOLERANCE
 from retime.hosts.registry import HOSTS, IMPORTED, Host, host_by_ending, host_named
 from retime.hosts.shot import Shot
@@ -73,6 +74,10 @@ def import_curve(
         raise OptionError(f"--rate would have no effect: a file of {found.name} says itself how it counts")
     if start is not None and found.first_frame is None and found.name != "csv":
         raise OptionError(f"--start would have no effect: {found.name} counts from the beginning of its clip")
+    if item and not found.takes_item:
+        raise OptionError(f"--item would have no effect: a file of {found.name} holds one curve")
+    if tolerance is not None and not found.bends:
+        raise OptionError(f"--tolerance would have no effect: a curve of {found.name} has straight lines alone")
     allowed = TOLERANCE if tolerance is None else real(tolerance, "the tolerance")
     if not 0 <= allowed < float("inf"):
         raise OptionError(f"the tolerance must be 0 or more seconds, found {allowed}")
@@ -80,6 +85,12 @@ def import_curve(
     shot = Shot(None if rate is None else parse_rate(rate), number, item, allowed)
     data = read_bytes(place, _MOST_BYTES)
     try:
+        if found.name == "csv" and (rate is not None or start is not None) and not csv.counts_frames(data):
+            which = "--rate" if rate is not None else "--start"
+            raise OptionError(
+                f"{which} would have no effect: the table counts seconds. Where it counts frames, name its columns "
+                "output_frame,input_frame"
+            )
         warp = found.module.read(data, shot)
     except FormatError as error:
         raise FormatError(error.problem, path=place, line=error.line, column=error.column, byte=error.byte) from None

@@ -69,7 +69,9 @@ def read(data: bytes, shot: Shot) -> Warp:
     """Read the one time remap of a composition, or that of the layer or precomposition of the name `Shot.item`."""
     document = parse_json(data, what="a composition")
     if not isinstance(document, dict) or not isinstance(document.get("layers"), list):
-        raise FormatError("expected a composition of Lottie: a JSON object with layers")
+        known = isinstance(document, dict) and document.get("format") == "retime-warp"
+        hint = "; this is a warp of retime already" if known else ""
+        raise FormatError(f"expected a composition of Lottie: a JSON object with layers{hint}")
     rate = json_number(document.get("fr"), "fr, the frames a second")
     if not 1e-6 <= rate <= 1e6:
         raise FormatError(f"fr: no composition has {rate:g} frames a second")
@@ -90,6 +92,12 @@ def read(data: bytes, shot: Shot) -> Warp:
 def _remap(remap: Any, rate: float, tolerance: float) -> Warp:
     """Make the warp of an animated property."""
     keys = remap.get("k") if isinstance(remap, dict) else None
+    if isinstance(remap, dict) and "x" in remap:
+        # Players work it out in the place of the keys.
+        raise FormatError(
+            "the time remap has an expression (x), whose times are not in the file: in After Effects choose "
+            "Animation > Keyframe Assistant > Convert Expression to Keyframes, and export again"
+        )
     if not isinstance(keys, list) or not all(isinstance(key, dict) for key in keys):
         raise FormatError("the time remap has no keys: it holds one moment, and a retime curve needs two or more")
     if len(keys) > MOST_KEYS:

@@ -107,7 +107,10 @@ def _script(at: list[str], use: list[str], unit: str, item: str) -> str:
     names = [name.strip() for name in item.split(",")]
     for name in names:
         if not _ITEM.fullmatch(name):
-            raise OptionError(f"--item {name}: the name of an animation curve in Maya, such as hips_translateX")
+            raise OptionError(
+                f"--item {name}: expected the name of an animation curve in Maya, such as hips_translateX or "
+                "ns:hips_rotateY, with commas between several"
+            )
     return (
         f"# Retimes animation curves of the open scene ({len(names)}), and nothing else. Run it in the Script Editor\n"
         "# (Python). To take it back, use Undo or delete the node.\n"
@@ -238,9 +241,16 @@ def _set(node: _Node, words: list[str], line: int) -> None:
     # A flag, such as -type, may stand between.
     values = [_value(word, line) for word in words[place + 1 :] if not re.match("-[a-z]", word)]
     kept = node.values.setdefault(attribute, {})
+    size = 2 if attribute == "ktv" else 1
+    if len(values) % size:
+        raise FormatError(f"expected pairs of time and value, found {len(values)} numbers", line=line)
+    n = int(match[3] or first) - first + 1
+    if len(values) != size * n:
+        # What is missing would be taken for the curve's usual tangent, or for no key.
+        raise FormatError(
+            f"{words[place]} is of {n} keys, found {len(values) // size}: is the file cut off?", line=line
+        )
     if attribute == "ktv":
-        if len(values) % 2:
-            raise FormatError(f"expected pairs of time and value, found {len(values)} numbers", line=line)
         for key, (time, value) in enumerate(zip(values[::2], values[1::2], strict=True), start=first):
             kept[key], node.values.setdefault("value", {})[key] = time, value
             node.lines[key] = line
@@ -265,7 +275,7 @@ def _warp(node: _Node, shot: Shot) -> Warp:
     lines = [node.lines[key] for key in keys]
     times = shot.times(np.array([node.values["ktv"][key] for key in keys]))
     values = shot.times(np.array([node.values["value"][key] for key in keys])) if keys else times
-    plain_curve = warp_of(times, values, place=lambda key: {"line": lines[key]})
+    plain_curve = warp_of(times, values, place=lambda key: {"line": lines[key]}, begins={"line": node.line})
     if node.at("pre", 0, 0.0) or node.at("pst", 0, 0.0):
         warnings.warn(
             "the curve goes on beyond its keys (pre or post infinity), which a warp does not: it holds its ends",

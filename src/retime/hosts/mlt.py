@@ -1,7 +1,8 @@
 """MLT (Shotcut, Kdenlive, melt): a chain whose link ``timeremap`` says which second of its clip each frame shows.
 
 ``time_map`` is an animated property: ``frame=second`` with semicolons between; an equals sign makes a line to the next
-key, where ``|=`` would jump and ``~=`` bend. A frame shows the last one of the clip that has begun by its second.
+key, where ``|=`` would jump and ``~=`` bend. A frame shows the last one of the clip that has begun by its second, which
+is cut off to a whole frame with nothing for rounding: so each second is written a hair late.
 Frames are whole and count from 0 at the profile's rate. Equal seconds hold, falling ones run backward. Version 1 of the
 link (MLT 7.12 has it) calls the property ``map``, which version 2 passes over for ``time_map``: both are written.
 
@@ -19,13 +20,18 @@ from retime.hosts.shot import Shot, plain, warp_of
 from retime.hosts.text import number
 from retime.warp.curve import Warp
 
+# Seconds: more than digits and lines between keys may lose, less than any frame can tell.
+_LATE = 1e-7
+
 
 def write(warp: Warp, shot: Shot) -> str:
     """Write a document with one chain."""
     rate = shot.exact_rate
     source = shot.item or "clip.mov"
     frames = np.rint(warp.output_times * float(rate)).astype(np.int64).tolist()
-    keys = ";".join(f"{frame}={plain(time)}" for frame, time in zip(frames, warp.input_times.tolist(), strict=True))
+    keys = ";".join(
+        f"{frame}={plain(time)}" for frame, time in zip(frames, (warp.input_times + _LATE).tolist(), strict=True)
+    )
     last = shot.first_frame(warp) + shot.count_frames(warp) - 1
     return (
         '<?xml version="1.0" encoding="utf-8"?>\n<mlt LC_NUMERIC="C">\n'

@@ -3,7 +3,8 @@
 ``{{curve L x1 1 x2 1.5}}`` has ``x`` and the frame of the output, then the frame of the input; the letter before a key
 is its interpolation, L linear, which holds on for the keys after it. Frames count from 1 by custom, and Nuke's script
 has no rate: the project's counts. A key is written for every frame, so that no interpolation is left to chance. A value
-without ``x`` stands as far behind the key before it as that one behind its own.
+without ``x`` stands as far behind the key before it as that one behind its own. Where more than the word ``curve``
+stands before the keys, as in ``{{curve+5 x1 1}}``, an expression is worked out of what they say: that is refused.
 
 Read are keys with lines between them, and others no more than a frame apart, where the frames themselves are keys.
 
@@ -14,11 +15,12 @@ Source: Foundry, NDK Developers Guide, "Curve serialisation format"
 from __future__ import annotations
 
 import re
+import warnings
 from itertools import pairwise
 
 import numpy as np
 
-from retime.errors import FormatError, OptionError
+from retime.errors import FormatError, OptionError, RetimeWarning
 from retime.hosts.choosing import chosen
 from retime.hosts.shot import MOST_KEYS, Shot, plain, warp_of
 from retime.hosts.text import Lines, decoded, number
@@ -26,8 +28,13 @@ from retime.warp.curve import Warp
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _NODE = re.compile(r"^[ \t]*TimeWarp[ \t]*\{", re.MULTILINE)
-_CURVE = re.compile(r"^[ \t]*lookup[ \t]+\{\{[ \t]*curve\b([^{}]*)\}", re.MULTILINE)
+# Keys that nothing is worked out of, or whatever else stands there.
+_LOOKUP = re.compile(
+    r"^[ \t]*lookup[ \t]+\{\{[ \t]*(?:curve(?=[ \t}])(?P<keys>[^{}]*)\}|(?P<other>[^\n]*))", re.MULTILINE
+)
 _OWN_NAME = re.compile(r"^[ \t]*name[ \t]+(\S+)", re.MULTILINE)
+_CLOSED = re.compile(r"^[ \t]*\}[ \t\r]*$", re.MULTILINE)
+_OFF = re.compile(r"^[ \t]*disable[ \t]+true\b", re.MULTILINE)
 _TOKEN = re.compile(r"\S+")
 # Lines are drawn after these; what other letters mean, only Nuke draws.
 _LINEAR = "L"
@@ -38,7 +45,9 @@ def write(warp: Warp, shot: Shot) -> str:
     """Write the node, to be pasted into the node graph or imported as a script."""
     name = shot.item or "RetimeWarp1"
     if not _NAME.fullmatch(name):
-        raise OptionError(f"--item {name}: a node's name in Nuke has letters, digits and _ only")
+        raise OptionError(
+            f"--item {name}: a node's name in Nuke has the letters A to Z, digits and _ only, and begins with no digit"
+        )
     at = np.rint(shot.frames(warp.output_times)).astype(np.int64).tolist()
     keys = " ".join(
         f"x{frame} {plain(value)}" for frame, value in zip(at, shot.frames(warp.input_times).tolist(), strict=True)
@@ -49,13 +58,27 @@ def write(warp: Warp, shot: Shot) -> str:
 def read(data: bytes, shot: Shot) -> Warp:
     """Read the one TimeWarp of a script, or that of the name `Shot.item`."""
     text = decoded(data)
-    found = {}
+    found: dict[str, tuple[re.Match[str], bool]] = {}
     starts = [match.start() for match in _NODE.finditer(text)]
-    for count, (start, end) in enumerate(pairwise([*starts, len(text)]), start=1):
-        if curve := _CURVE.search(text, start, end):
+    for count, (start, later) in enumerate(pairwise([*starts, len(text)]), start=1):
+        closed = _CLOSED.search(text, start, later)
+        end = closed.start() if closed else later
+        if curve := _LOOKUP.search(text, start, end):
             own = _OWN_NAME.search(text, start, end)
-            found[own[1] if own else f"TimeWarp {count}"] = curve
-    match = chosen(found, shot.item, "TimeWarp with a curve as its lookup", "a Nuke script")
+            found[own[1] if own else f"TimeWarp {count}"] = curve, _OFF.search(text, start, end) is not None
+    match, off = chosen(found, shot.item, "TimeWarp with a curve as its lookup", "a Nuke script")
+    if match["keys"] is None:
+        raise FormatError(
+            f"the node's lookup is an expression, {match['other'].strip().removesuffix('}}')[:40]!r}, which only Nuke "
+            "works out: generate a key for each frame",
+            line=Lines(text).at(match.start("other")),
+        )
+    if off:
+        warnings.warn(
+            "the node is disabled, so Nuke plays the shot as it is; its curve is read all the same",
+            RetimeWarning,
+            stacklevel=2,
+        )
     return _curve(text, match, shot)
 
 
@@ -68,8 +91,10 @@ def _curve(text: str, match: re.Match[str], shot: Shot) -> Warp:
     letters: list[str] = []
     # Nuke's own, where no letter was written.
     letter, frame = "S", None
-    for token in _TOKEN.finditer(match[1]):
-        word, line = token[0], places.at(match.start(1) + token.start())
+    for token in _TOKEN.finditer(match["keys"]):
+        word, line = token[0], places.at(match.start("keys") + token.start())
+        if frame is not None and word[0] == "x":
+            raise FormatError(f"the key at x{frame:g} has no value", line=line)
         if word in ("K", "L", "S", "R", "C"):
             letter = word
         elif word in _EXTRAPOLATIONS:
@@ -91,6 +116,8 @@ def _curve(text: str, match: re.Match[str], shot: Shot) -> Warp:
             lines.append(line)
             letters.append(letter)
             frame = None
+    if frame is not None:
+        raise FormatError(f"the key at x{frame:g} has no value", line=places.at(match.end("keys")))
     for key in range(len(at) - 1):
         # The slope into a key is of the key's own interpolation.
         other = next((found for found in letters[key : key + 2] if found != _LINEAR), None)
@@ -100,7 +127,12 @@ def _curve(text: str, match: re.Match[str], shot: Shot) -> Warp:
                 "Nuke draws it: choose Interpolation > Linear for its keys there, or generate a key for each frame",
                 line=lines[key],
             )
-    return warp_of(shot.times(np.array(at)), shot.times(np.array(use)), place=lambda key: {"line": lines[key]})
+    return warp_of(
+        shot.times(np.array(at)),
+        shot.times(np.array(use)),
+        place=lambda key: {"line": lines[key]},
+        begins={"line": places.at(match.start("keys"))},
+    )
 
 
 _LETTERS = {"K": "constant", "S": "smooth", "R": "Catmull-Rom", "C": "cubic", "cubic": "handles of its own"}

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import json
 import warnings
-from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ import numpy as np
 from retime.errors import FormatError, RetimeWarning
 from retime.hosts.choosing import chosen
 from retime.hosts.shot import MOST_KEYS, Shot, warp_of
+from retime.hosts.source_file import name_of
 from retime.hosts.text import json_number
 from retime.strict_json import parse_json
 from retime.warp.curve import Warp
@@ -36,7 +36,7 @@ def write(warp: Warp, shot: Shot) -> str:
     at = np.rint(warp.output_times * rate)
     use = warp.input_times * rate
     source = shot.item or "clip.mov"
-    name = PurePath(source).stem
+    name = name_of(source)
     last = float(np.ceil(use.max() - 1e-6))
     media = {
         "OTIO_SCHEMA": "ExternalReference.1",
@@ -111,28 +111,46 @@ def _effect(speed: float) -> dict[str, Any]:
 def read(data: bytes, shot: Shot) -> Warp:
     """Read the one video track of a timeline, or that of the name `Shot.item`."""
     document = parse_json(data, what="a timeline")
-    tracks: dict[str, Any] = {}
-    waiting = [document]
+    # Each with the stacks that it lies in, the outermost first.
+    tracks: dict[str, tuple[dict[str, Any], ...]] = {}
+    waiting: list[tuple[Any, tuple[dict[str, Any], ...]]] = [(document, ())]
     while waiting:
-        node = waiting.pop()
+        node, around = waiting.pop()
         if isinstance(node, dict):
             if _schema(node) == "Track" and node.get("kind", "Video") == "Video" and node.get("children"):
                 name = str(node.get("name") or f"track {len(tracks) + 1}")
-                tracks[name if name not in tracks else f"{name} ({len(tracks) + 1})"] = node
+                tracks[name if name not in tracks else f"{name} ({len(tracks) + 1})"] = (*around, node)
                 continue
-            waiting += reversed([value for value in node.values() if isinstance(value, dict | list)])
+            inside = (*around, node) if _schema(node) == "Stack" else around
+            waiting += [(value, inside) for value in reversed(node.values()) if isinstance(value, dict | list)]
         elif isinstance(node, list):
-            waiting += reversed(node)
+            waiting += [(value, around) for value in reversed(node)]
     track = chosen(tracks, shot.item, "video track with clips", "an OpenTimelineIO timeline")
-    return _track(track["children"], shot)
+    warp, duration = _track(track[-1]["children"], shot)
+    for node in track:
+        _check_plain(node, duration)
+    return warp
+
+
+def _check_plain(node: dict[str, Any], duration: float) -> None:
+    """Refuse what a track, or a stack around it, does to the time of all its clips, which lasts `duration` seconds."""
+    what = f"the {_schema(node).lower()} {str(node.get('name') or '')[:40]!r}"
+    if node.get("enabled", True) is False:
+        raise FormatError(f"{what} is switched off, so it shows no input; switch it on")
+    if _speed(node.get("effects") or [], what) != 1.0:
+        raise FormatError(f"{what} has a time effect, and a warp is read from those of clips: put it on the clips")
+    if node.get("source_range") is not None:
+        start, length, frame = _span(node["source_range"], what)
+        if abs(start) > _SAME * frame or length < duration - _SAME * frame:
+            raise FormatError(f"{what} shows a part of its clips alone (source_range): trim the clips themselves")
 
 
 def _schema(node: Any) -> str:
     return str(node.get("OTIO_SCHEMA", "")).split(".")[0] if isinstance(node, dict) else ""
 
 
-def _track(children: Any, shot: Shot) -> Warp:
-    """Make a warp of a track's pieces."""
+def _track(children: Any, shot: Shot) -> tuple[Warp, float]:
+    """Make a warp of a track's pieces; return it, and how long they last, seconds."""
     if not isinstance(children, list) or len(children) > MOST_KEYS:
         raise FormatError(f"a track has a list of at most {MOST_KEYS} pieces")
     at: list[float] = []
@@ -144,7 +162,7 @@ def _track(children: Any, shot: Shot) -> Warp:
         what = f"piece {number} of the track"
         kind = _schema(clip)
         if kind == "Gap" and not at:
-            end = _span(clip.get("source_range"), what)[1]
+            end += _span(clip.get("source_range"), what)[1]
             continue
         if kind != "Clip":
             raise FormatError(
@@ -182,7 +200,7 @@ def _track(children: Any, shot: Shot) -> Warp:
     if length > frame * (1 + 1e-9):
         at.append(end - frame)
         use.append(use[-1] + speed * (length - frame))
-    return warp_of(at, use)
+    return warp_of(at, use), end
 
 
 def _span(found: Any, what: str) -> tuple[float, float, float]:

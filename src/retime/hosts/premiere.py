@@ -14,14 +14,13 @@ Which flags of keys Premiere asks for is nowhere written: the first and the last
 from __future__ import annotations
 
 from fractions import Fraction
-from pathlib import PurePath
 
 import numpy as np
 
 from retime.errors import FormatError, OptionError
-from retime.hosts.fcpxml import address
 from retime.hosts.safe_xml import letters, parse_xml
 from retime.hosts.shot import Shot, plain, warp_of
+from retime.hosts.source_file import address, file_name_of, name_of
 from retime.hosts.text import number
 from retime.warp.curve import Warp
 
@@ -30,7 +29,7 @@ def write(warp: Warp, shot: Shot) -> str:
     """Write a sequence with one clip."""
     rate = _rate(shot.exact_rate)
     source = shot.item or "clip.mov"
-    name = letters(PurePath(source).stem)
+    name = letters(name_of(source))
     first, n = shot.first_frame(warp), shot.count_frames(warp)
     frames = np.rint(warp.output_times * float(shot.exact_rate)).astype(np.int64).tolist()
     shows = (warp.input_times * float(shot.exact_rate)).tolist()
@@ -48,7 +47,7 @@ def write(warp: Warp, shot: Shot) -> str:
         f"<format><samplecharacteristics>{rate}<width>1920</width><height>1080</height></samplecharacteristics></format>\n"
         f'<track><clipitem id="clip1"><name>{name}</name><duration>{max(n_in, first + n)}</duration>{rate}\n'
         f"<start>{first}</start><end>{first + n}</end><in>{first}</in><out>{first + n}</out>\n"
-        f'<file id="file1"><name>{letters(PurePath(source).name)}</name><pathurl>{letters(address(source))}</pathurl>'
+        f'<file id="file1"><name>{letters(file_name_of(source))}</name><pathurl>{letters(address(source))}</pathurl>'
         f"{rate}"
         f"<duration>{n_in}</duration><media><video/></media></file>\n"
         "<filter><effect><name>Time Remap</name><effectid>timeremap</effectid><effectcategory>motion</effectcategory>"

@@ -59,6 +59,9 @@ class Host:
         It gets a value for each frame, so there is nothing to simplify.
     holds, backward : bool
         Whether it can.
+    picks : {"", "nearest", "last"}
+        Which whole frame of the input is shown: the one nearest to what the curve says, or the last that has begun by
+        then. Empty where that is the program's affair, or it mixes frames.
     fastest : float
         The largest speed that it has, forward or backward.
     before_clip : bool
@@ -75,6 +78,8 @@ class Host:
         Whether its files are read by `retime import`.
     says_rate : bool
         Whether its files say how many frames a second they count.
+    bends : bool
+        Whether its files may hold rounded spans, which are read as lines.
     """
 
     name: str
@@ -85,6 +90,7 @@ class Host:
     every_frame: bool = False
     holds: bool = True
     backward: bool = True
+    picks: str = ""
     fastest: float = math.inf
     before_clip: bool = True
     begins_late: bool = True
@@ -93,6 +99,7 @@ class Host:
     needs_rate: bool = True
     imports: bool = False
     says_rate: bool = False
+    bends: bool = False
 
     @property
     def module(self) -> HostModule:
@@ -104,12 +111,13 @@ HOSTS = (
     Host("nuke", "Nuke, a TimeWarp node", (".nk",), 1, every_frame=True, takes_item="the node", imports=True),
     Host(
         "maya",
-        "Maya, the scene's time warp, or the curves that --item names",
+        "Maya, the scene's time warp, or that of named curves",
         (".ma", ".py"),
         1,
         takes_item="animation curves, with commas between",
         imports=True,
         says_rate=True,
+        bends=True,
     ),
     Host(
         "after-effects",
@@ -156,6 +164,7 @@ HOSTS = (
         takes_item="the precomposition",
         imports=True,
         says_rate=True,
+        bends=True,
     ),
     Host("houdini", "Houdini, a channel for the Warp CHOP", (".chan",), every_frame=True, begins_late=False),
     Host("unreal", "Unreal Engine, the keys of a Time Warp track", (".py",), 0),
@@ -181,6 +190,7 @@ HOSTS = (
         (".txt",),
         holds=False,
         backward=False,
+        picks="nearest",
         before_clip=False,
     ),
     Host(
@@ -188,6 +198,7 @@ HOSTS = (
         "MLT (Shotcut, Kdenlive), a clip with the link timeremap",
         (".mlt",),
         whole_frames=True,
+        picks="last",
         before_clip=False,
         takes_item="the clip's file",
     ),

@@ -111,6 +111,7 @@ def warp_of(
     input_times: Sequence[float] | FloatArray,
     *,
     place: Callable[[int], Place] = lambda key: {},
+    begins: Place | None = None,
     name: str = "",
 ) -> Warp:
     """Make a warp of the keys of a file.
@@ -121,6 +122,8 @@ def warp_of(
         Seconds.
     place : callable
         Tells where a key, counted from 0, stands.
+    begins : dict, optional
+        Where the curve itself stands.
     name : str
         Of the warp.
 
@@ -131,7 +134,7 @@ def warp_of(
     """
     outputs, inputs = np.asarray(output_times, dtype=np.float64), np.asarray(input_times, dtype=np.float64)
     if len(outputs) < 2:
-        raise FormatError(f"a retime curve needs two or more keys, found {len(outputs)}")
+        raise FormatError(f"a retime curve needs two or more keys, found {len(outputs)}", **(begins or {}))
     if len(outputs) > MOST_KEYS:
         raise FormatError(f"the curve has {len(outputs)} keys, the limit is {MOST_KEYS}")
     # Written so that nan is refused too.
@@ -147,7 +150,7 @@ def warp_of(
         key = int(stuck[0]) + 1
         raise FormatError(
             f"output times must increase: key {key} is at {outputs[key]:g} s, after one at {outputs[key - 1]:g} s; "
-            "each moment of the output shows one of the input",
+            "each moment of the output shows one of the input: sort the keys, and keep one of those at the same time",
             **place(key),
         )
     return Warp(outputs, inputs, name=name)
