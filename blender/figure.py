@@ -17,6 +17,8 @@ from retime.motion.skeleton import EndSite, Skeleton
 _FEWEST = 3
 # Metres. A figure that stands lower or higher than this was brought in at some scale, such as centimetres.
 _SMALLEST, _LARGEST = 0.2, 10.0
+# A box of three unit vectors that holds less than this is flat.
+_FLAT = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,10 +100,11 @@ def figure_of(
     -------
     Motion
         Z is up. The armature itself is the first joint, so that there is one root. Scale is left out: it makes no pose.
+        What is scaled to nothing for a while keeps the turn that it had.
     """
     all_parents = [-1, *(parent + 1 for parent in bones.parents)]
     local = np.concatenate([world[:, None], np.einsum("fij,fbjk->fbik", world, matrices)], axis=1)
-    turns = local[..., :3, :3] / np.linalg.norm(local[..., :3, :3], axis=-2, keepdims=True)
+    turns = turns_of(local[..., :3, :3])
     places = local[..., :3, 3]
     above = np.array(all_parents[1:], dtype=np.intp)
     inverse = turns[:, above].swapaxes(-1, -2)
@@ -118,6 +121,31 @@ def figure_of(
     known = metres_per_unit if _SMALLEST < tall * metres_per_unit < _LARGEST else None
     skeleton = Skeleton((f"{name} (object)", *bones.names), tuple(all_parents), _offsets(bones, scale), sites)
     return Motion(skeleton, rotations, translations, rate, name, metres_per_unit=known, up="z", root=root or None)
+
+
+def turns_of(matrices: FloatArray) -> FloatArray:
+    """Take scale out of matrices of many frames, shape (n_frames, ..., 3, 3): what is left is a turn.
+
+    A mirror image is turned by as much as it can be. What has no size in a frame has the turn of the frame before, or
+    of the next one that has any; that of no frame has none.
+    """
+    lengths = np.linalg.norm(matrices, axis=-2, keepdims=True)
+    turns = matrices / np.where(lengths > 0, lengths, 1.0)
+    sides = np.linalg.det(turns)
+    turns *= np.where(sides < 0, -1.0, 1.0)[..., None, None]
+    # Flat ones are as little a turn as those of no size.
+    known = np.abs(sides) > _FLAT
+    if known.all():
+        return np.asarray(turns)
+    n = len(matrices)
+    frame = np.arange(n).reshape(-1, *[1] * (known.ndim - 1))
+    before = np.maximum.accumulate(np.where(known, frame, -1), axis=0)
+    after = np.minimum.accumulate(np.where(known, frame, n)[::-1], axis=0)[::-1]
+    near = np.where(before >= 0, before, np.where(after < n, after, 0))
+    turns = np.take_along_axis(turns, near[..., None, None], axis=0)
+    never = np.broadcast_to(~known.any(axis=0), known.shape)
+    turns[never] = np.eye(3)
+    return np.asarray(turns)
 
 
 def _offsets(bones: Bones, scale: float) -> FloatArray:

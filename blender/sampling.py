@@ -38,7 +38,10 @@ def stepping(data: Thing, scene: Thing, objects: Sequence[Thing]) -> Iterator[An
     objects : sequence of Object
     """
     own = data.scenes.new("retime")
-    try:
+    with contextlib.ExitStack() as after:
+        after.callback(data.scenes.remove, own)
+        for one in objects:
+            after.enter_context(_posed(one))
         own.render.fps, own.render.fps_base = scene.render.fps, scene.render.fps_base
         own.unit_settings.scale_length = scene.unit_settings.scale_length
         for one in objects:
@@ -50,8 +53,32 @@ def stepping(data: Thing, scene: Thing, objects: Sequence[Thing]) -> Iterator[An
             return own.view_layers[0].depsgraph
 
         yield step
+
+
+@contextlib.contextmanager
+def _posed(one: Thing) -> Iterator[None]:
+    """Have Blender evaluate an object whether it is shown or not, in its poses and not at rest, for a while."""
+    kept: list[tuple[Thing, str, Any]] = []
+
+    def put(holder: Thing, name: str, value: object) -> None:
+        kept.append((holder, name, getattr(holder, name)))
+        setattr(holder, name, value)
+
+    try:
+        # What hides and shows it by keys or by a driver would hide it from the search too.
+        if one.animation_data is not None:
+            curves = [curve for unit in units_of(one) for curve in fcurves_of(unit.action, unit.slot)]
+            for curve in [*curves, *one.animation_data.drivers]:
+                if curve.data_path == "hide_viewport" and not curve.mute:
+                    put(curve, "mute", True)
+        if one.hide_viewport:
+            put(one, "hide_viewport", False)
+        if one.type == "ARMATURE" and one.data.pose_position != "POSE":
+            put(one.data, "pose_position", "POSE")
+        yield
     finally:
-        data.scenes.remove(own)
+        for holder, name, value in reversed(kept):
+            setattr(holder, name, value)
 
 
 def bones_of(armature: Thing) -> Bones:
@@ -90,7 +117,7 @@ def clips_of(
     OptionError
         Nothing of the objects is animated, or an armature has no bone called `root`.
     """
-    figures = [one for one in objects if one.type == "ARMATURE"]
+    figures = [one for one in objects if one.type == "ARMATURE" and len(one.data.bones)]
     rate, metres = rate_of(scene), float(scene.unit_settings.scale_length)
     frames = range(first, last + 1)
     with stepping(data, scene, objects) as step:
@@ -121,15 +148,17 @@ def clips_of(
 
 def _signal(objects: Sequence[Thing], frames: range, step: Any, rate: float) -> Signal:
     """Read every animated number of objects that are no figures."""
-    wanted: dict[tuple[str, str, int], Thing] = {}
+    wanted: dict[tuple[str, str, str, int], Thing] = {}
     for block in blocks_of(objects):
         for unit in units_of(block):
             for curve in fcurves_of(unit.action, unit.slot):
-                wanted.setdefault((block.name, curve.data_path, curve.array_index), block)
+                # A camera and its lens are two blocks, which often have one name.
+                name = (block.rna_type.identifier, block.name, curve.data_path, curve.array_index)
+                wanted.setdefault(name, block)
     rows = np.full((len(frames), len(wanted)), np.nan)
     for i, frame in enumerate(frames):
         depsgraph = step(frame)
-        for column, ((_, path, index), block) in enumerate(wanted.items()):
+        for column, ((*_, path, index), block) in enumerate(wanted.items()):
             rows[i, column] = _number(block.evaluated_get(depsgraph), path, index)
     known = np.flatnonzero(np.isfinite(rows).all(axis=0) & (np.ptp(np.nan_to_num(rows), axis=0) > 0))
     if not len(known):
@@ -137,7 +166,7 @@ def _signal(objects: Sequence[Thing], frames: range, step: Any, rate: float) -> 
         raise OptionError(
             f"nothing of {names} moves from frame {frames.start} to {frames.stop - 1}", option="selection"
         )
-    channels = [f"{name} {path}[{index}]" for name, path, index in wanted]
+    channels = [f"{name} {path}[{index}]" for _, name, path, index in wanted]
     return Signal([channels[i] for i in known], rows[:, known], rate, objects[0].name, kinds=["linear"] * len(known))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from blender.figure import Bones, figure_of
+from blender.figure import Bones, figure_of, turns_of
 from retime.motion import rotation
 from retime.motion.body import body_joint
 
@@ -67,3 +67,27 @@ def test_a_root_may_be_named():
     bones, poses, world = some_bones(np.random.default_rng(2))
     motion = figure_of(bones, poses, world, rate=24.0, name="rig", root=bones.names[4])
     assert motion.skeleton.names[body_joint(motion)] == bones.names[4]
+
+
+def test_what_has_no_size_keeps_the_turn_that_it_had():
+    rng = np.random.default_rng(5)
+    turns = rotation.to_matrix(rotation.normalize(rng.normal(size=(7, 3, 4))))
+    sizes = np.ones((7, 3))
+    sizes[[0, 3, 4], 0] = 0.0
+    sizes[:, 1] = 0.0
+    found = turns_of(turns * sizes[..., None, None])
+    np.testing.assert_allclose(found[[0, 1, 2, 3, 4, 5, 6], 0], turns[[1, 1, 2, 2, 2, 5, 6], 0], atol=1e-12)
+    np.testing.assert_array_equal(found[:, 1], np.tile(np.eye(3), (7, 1, 1)))
+    np.testing.assert_allclose(found[:, 2], turns[:, 2], atol=1e-12)
+
+
+def test_flat_and_mirrored_ones_give_turns_too():
+    rng = np.random.default_rng(6)
+    turns = rotation.to_matrix(rotation.normalize(rng.normal(size=(5, 2, 4))))
+    flat, mirrored = turns.copy(), turns * np.array([-1.0, 2.0, 3.0])
+    flat[2, 0, :, 1] = 0.0
+    np.testing.assert_allclose(turns_of(flat)[2, 0], turns[1, 0], atol=1e-12)
+    found = turns_of(mirrored)
+    np.testing.assert_allclose(np.linalg.det(found), 1.0, atol=1e-12)
+    # Turned by half a turn about one of its own axes, in every frame alike.
+    np.testing.assert_allclose(found @ np.diag([1.0, -1.0, -1.0]), turns, atol=1e-12)
