@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from retime.errors import OptionError
+from retime.errors import OptionError, words_of
 from retime.motion.motion import Motion
 from retime.project.document import ClipFile, Document, Key, LockedTime
 from retime.project.file import project_bytes, read_project, save_project
@@ -19,6 +21,9 @@ from .retiming import retime
 from .sampling import rate_of
 from .timing import Timing
 from .wording import summary
+
+# Seconds that the editor may take until it says at what address it is; a slower one goes on by itself.
+_LONGEST = 10.0
 
 
 def write_project(asked: Asked, folder: Path, root: str) -> Path:
@@ -52,6 +57,43 @@ def write_project(asked: Asked, folder: Path, root: str) -> Path:
     place = folder / f"{files[0].parent.name}_from_{asked.start:.0f}.retime"
     save_project(place, project_bytes(document, {}, folder), overwrite=True)
     return place
+
+
+def launch(command: str, project: Path) -> None:
+    """Start the editor on a project, and wait until it serves its page.
+
+    Parameters
+    ----------
+    command : str
+        The retime command.
+    project : Path
+        What it says stands beside it, in a file ``.log``.
+
+    Raises
+    ------
+    OptionError
+        There is no such command, or it ended with an error.
+    """
+    log = project.with_suffix(".log")
+    try:
+        with log.open("wb") as out:
+            process = subprocess.Popen(
+                [command, "edit", "--project", str(project)], cwd=project.parent, stdout=out, stderr=subprocess.STDOUT
+            )
+    except OSError as error:
+        raise OptionError(
+            f"{words_of(error)}: name the retime command in the preferences of this extension", option="editor"
+        ) from None
+    until = time.monotonic() + _LONGEST
+    while process.poll() is None and time.monotonic() < until and b"http" not in log.read_bytes():
+        time.sleep(0.05)
+    if process.poll():
+        said = log.read_text(encoding="utf-8", errors="replace").strip().rpartition("\n")[2]
+        raise OptionError(
+            f"the editor did not start: {said or f'{command} ended with {process.returncode} and said nothing'}. It "
+            "needs retime of this version: pip install 'retime[edit]'",
+            option="editor",
+        )
 
 
 def take_back(scene: Thing, objects: Sequence[Thing], settings: Thing, project: Path) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -324,8 +323,8 @@ class RETIME_OT_open_editor(_Plain, bpy.types.Operator):
         job = prepare(bpy.data, context.scene, selection(context), settings, "RETIME")
         folder = Path(bpy.utils.extension_path_user(__package__, path="editor", create=True))
         project = editor.write_project(job.asked, folder, settings.root)
+        editor.launch(command, project)
         settings.project = str(project)
-        subprocess.Popen([command, "edit", "--project", str(project)], cwd=folder)
         show(settings, ["Opened in the editor. Save it there (Ctrl S), then take the timing back"])
 
 
