@@ -35,8 +35,13 @@ _SIMULATED = {
     "WAVE",
     "MESH_CACHE",
     "MESH_SEQUENCE_CACHE",
+    "BUILD",
 }
-_FRAME_WORD = re.compile(r"\bframe\b")
+# Constraints that go by the frames of a film or of a cache.
+_FILMED = {"CAMERA_SOLVER", "FOLLOW_TRACK", "OBJECT_SOLVER", "TRANSFORM_CACHE"}
+# Nodes that do.
+_TIMED_NODES = {"GeometryNodeInputSceneTime", "GeometryNodeSimulationInput", "GeometryNodeSimulationOutput"}
+_WORD = re.compile(r"[^\W\d]\w*")
 _FREE = 0
 
 
@@ -85,7 +90,8 @@ def refuse_untouchable(objects: Sequence[Thing]) -> None:
     Raises
     ------
     OptionError
-        Nothing is selected; a grease pencil; an object linked from a file; the NLA in tweak mode, or with meta strips.
+        Nothing is selected; a grease pencil; what is linked from a file; what is edited just now; the NLA in tweak
+        mode, or with meta strips.
     """
     if not objects:
         raise OptionError("select what moves: an armature, or any animated object", option="selection")
@@ -102,6 +108,14 @@ def refuse_untouchable(objects: Sequence[Thing]) -> None:
                 "Library Override > Make)",
                 option="selection",
             )
+        refuse_edited(one, "selection")
+        for block in blocks_of([one]):
+            if block.library is not None:
+                raise OptionError(
+                    f"{block.name}, which moves {one.name}, is linked from {block.library.filepath}: make a library "
+                    f"override of it too (Object > Library Override > Make), or leave {one.name} out of the selection",
+                    option="selection",
+                )
     for block in blocks_of(objects):
         if block.animation_data.use_tweak_mode:
             raise OptionError(
@@ -113,6 +127,14 @@ def refuse_untouchable(objects: Sequence[Thing]) -> None:
                     f"the NLA of {block.name} has a meta strip, {strip.name}: take it apart first (Ctrl Alt G)",
                     option="selection",
                 )
+
+
+def refuse_edited(one: Thing, option: str) -> None:
+    """Refuse an object in edit mode, in which Blender shows no poses; the error names a field."""
+    if one.mode == "EDIT":
+        raise OptionError(
+            f"{one.name} is in edit mode, where it has no poses: leave it first (Tab in the 3D view)", option=option
+        )
 
 
 def strips_of(block: Thing) -> Iterator[Thing]:
@@ -246,6 +268,9 @@ def is_discrete(block: Thing, curve: Thing) -> bool:
         value = block.path_resolve(curve.data_path)
     except ValueError:
         return False
+    if not isinstance(value, str) and hasattr(value, "__len__"):
+        # Switches stand in rows too, such as one for each axis.
+        value = value[curve.array_index] if curve.array_index < len(value) else None
     return isinstance(value, bool | str)
 
 
@@ -345,15 +370,43 @@ def assign(unit: Unit, action: Thing, slot: Thing) -> None:
         holder.action_slot = slot
 
 
+def is_shared(data: Thing, action: Thing, slot: Thing, blocks: Sequence[Thing]) -> bool:
+    """Tell whether anything but these data-blocks plays an action, or this slot of it.
+
+    Parameters
+    ----------
+    data : bpy.data
+    action : Action
+    slot : ActionSlot or None
+        None before Blender 4.4.
+    blocks : sequence of data-block
+    """
+    others = data.user_map(subset=[action])[action] - set(blocks)
+    return any(
+        unit.action == action and (slot is None or (unit.slot is not None and unit.slot.identifier == slot.identifier))
+        for other in others
+        if getattr(other, "animation_data", None) is not None
+        for unit in units_of(other)
+    )
+
+
 def frame_notes(objects: Sequence[Thing]) -> list[str]:
-    """Name what goes by the scene's frames, and so does not follow: drivers, modifiers of curves and of objects."""
+    """Name what does not follow: drivers, modifiers and constraints by the scene's frames, keys of materials."""
     notes = []
     for one in objects:
         notes += [
             f"{one.name}: {modifier.name} runs in the scene's own frames"
             for modifier in one.modifiers
-            if modifier.type in _SIMULATED
+            if modifier.type in _SIMULATED or (modifier.type == "NODES" and _is_timed(modifier.node_group))
         ]
+        if one.rigid_body is not None and one.rigid_body.type == "ACTIVE" and not one.rigid_body.kinematic:
+            notes.append(f"{one.name}: its rigid body runs in the scene's own frames")
+        for holder in (one, *(one.pose.bones if one.pose is not None else ())):
+            notes += [
+                f"{holder.name}: {constraint.name} runs in the scene's own frames"
+                for constraint in holder.constraints
+                if constraint.type in _FILMED
+            ]
         for block in (one, one.data, getattr(one.data, "shape_keys", None)):
             animation = getattr(block, "animation_data", None)
             if block is None or animation is None:
@@ -365,15 +418,47 @@ def frame_notes(objects: Sequence[Thing]) -> list[str]:
             ]
             for unit in units_of(block):
                 notes += _modifier_notes(unit)
+        notes += [
+            f"{one.name}: keys of {words} keep their timing, as other objects may use these too"
+            for words, block in _lent(one)
+            if getattr(block, "animation_data", None) is not None and units_of(block)
+        ]
     return notes
+
+
+def _lent(one: Thing) -> Iterator[tuple[str, Thing]]:
+    """List what an object uses and does not own, where keys may be: materials, nodes, particles."""
+    for slot in one.material_slots:
+        if slot.material is not None:
+            yield f"the material {slot.material.name}", slot.material
+            yield f"the nodes of the material {slot.material.name}", slot.material.node_tree
+    if one.type == "LIGHT":
+        yield f"the nodes of the light {one.data.name}", one.data.node_tree
+    for modifier in one.modifiers:
+        if modifier.type == "NODES":
+            yield f"the nodes of {modifier.name}", modifier.node_group
+    for system in one.particle_systems:
+        yield f"the particles {system.name}", system.settings
+
+
+def _is_timed(tree: Thing, seen: frozenset[str] = frozenset()) -> bool:
+    """Tell whether nodes, or groups of nodes among them, go by the scene's frames."""
+    if tree is None or tree.name_full in seen:
+        return False
+    seen |= {tree.name_full}
+    return any(
+        node.bl_idname in _TIMED_NODES or _is_timed(getattr(node, "node_tree", None), seen) for node in tree.nodes
+    )
 
 
 def _goes_by_frames(driver: Thing) -> bool:
     inner = driver.driver
     paths = [target.data_path for variable in inner.variables for target in variable.targets]
-    return (inner.type == "SCRIPTED" and bool(_FRAME_WORD.search(inner.expression))) or any(
-        path.startswith("frame_") for path in paths
-    )
+    if any(path.startswith("frame_") for path in paths):
+        return True
+    # A variable hides what Blender calls by its name.
+    words = set(_WORD.findall(inner.expression)) - {variable.name for variable in inner.variables}
+    return inner.type == "SCRIPTED" and any(word == "frame" or word.startswith("frame_") for word in words)
 
 
 def _modifier_notes(unit: Unit) -> Iterable[str]:

@@ -7,18 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retime.arrays import FloatArray
+from retime.arrays import BoolArray, FloatArray
 from retime.brief import brief_repr
 from retime.motion import rotation
 from retime.motion.motion import Motion
 from retime.motion.skeleton import Skeleton
 from retime.warp.apply import apply_warp
+from retime.warp.averaging import window_frames
 from retime.warp.cutting import CurveSegments
 
 from .timing import Timing
 
 CurveName = tuple[str, int]
 """Data path and index of an F-curve."""
+
+# Blender evaluates curves in single precision: smaller steps than this share of a curve's height are no jump.
+_ROUNDING = 1e-6
 
 ROTATIONS = {"QUATERNION": ("rotation_quaternion", 4), "AXIS_ANGLE": ("rotation_axis_angle", 4)}
 
@@ -133,7 +137,7 @@ def baked(
     timing : Timing
         The new timing.
     average : bool
-        Average where the motion is sped up, so that sway does not become jitter.
+        Average where the motion is sped up, so that sway does not become jitter; but nothing across a jump.
     discrete : frozenset
         Curves that have no values between: never averaged.
     metres_per_unit : float
@@ -167,14 +171,58 @@ def baked(
         out.update({name: _fit(averaged[:, i], len(frames)) for i, name in enumerate(others)})
     if in_figure:
         out.update(_averaged_figure(chains, sampled, plain, timing, in_figure, metres_per_unit))
+    _keep_jumps(out, plain, curves, chains, timing)
     return out
+
+
+def _keep_jumps(
+    out: dict[CurveName, FloatArray],
+    plain: Mapping[CurveName, FloatArray],
+    curves: Mapping[CurveName, CurveSegments],
+    chains: Sequence[Channels],
+    timing: Timing,
+) -> None:
+    """Average nothing across a jump: what was keyed to jump is meant to, and nothing was ever between its two sides."""
+    frames = timing.frames()
+    widths = window_frames(timing.in_seconds(), timing.rate, (frames - timing.start) / timing.rate)
+    # The mean of a window takes the input's frames on both sides of its ends.
+    reach = (widths - 1.0) / 2 + 1.0
+    centre = timing.warp(frames)
+    held: dict[CurveName, BoolArray] = {}
+    for name, curve in curves.items():
+        jumps = _jumps(curve)
+        if len(jumps):
+            held[name] = np.searchsorted(jumps, centre - reach, "right") < np.searchsorted(
+                jumps, centre + reach, "left"
+            )
+    for chain in chains:
+        # A turn is averaged as one.
+        turn = [name for name in _turn(chain) if name in curves]
+        ones = [held[name] for name in turn if name in held]
+        for name in turn if ones else ():
+            held[name] = np.asarray(np.any(ones, axis=0))
+    for name, near in held.items():
+        out[name] = np.where(near, plain[name], out[name])
+
+
+def _jumps(curve: CurveSegments) -> FloatArray:
+    """Return the frames at which a curve jumps, in order."""
+    if not len(curve):
+        return np.zeros(0)
+    after = np.append(curve.values[1:, 0, 0], curve.end_value[0])
+    high = np.abs(curve.values[:, 3, 0] - after)
+    return np.asarray(curve.times[high > _ROUNDING * np.abs(curve.values).max(), 3])
+
+
+def _turn(chain: Channels) -> list[CurveName]:
+    return [(chain.turn_path, i) for i in range(chain.n_turns)]
 
 
 def _of_figure(chains: Sequence[Channels], sampled: Mapping[CurveName, FloatArray]) -> set[CurveName]:
     """Name the curves that are a place, or all of a turn: a turn of which only a part is animated stays numbers."""
     found: set[CurveName] = set()
     for chain in chains:
-        turn = [(chain.turn_path, i) for i in range(chain.n_turns)]
+        turn = _turn(chain)
         found |= {(chain.prefix + "location", i) for i in range(3)} & sampled.keys()
         if all(name in sampled for name in turn):
             found |= set(turn)

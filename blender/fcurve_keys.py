@@ -424,6 +424,16 @@ def stretched(keys: Keys, start: float, to: float, scale: float) -> Keys:
     return replace(keys, times=frames(keys.times), left=left, right=right)
 
 
+def negated_from(keys: Keys, frame: float) -> Keys:
+    """Turn the signs of the values of all keys from a frame on, with their handles."""
+    from_there = keys.times >= frame - 1e-6
+    values, left, right = keys.values.copy(), keys.left.copy(), keys.right.copy()
+    values[from_there] *= -1
+    left[from_there, 1] *= -1
+    right[from_there, 1] *= -1
+    return replace(keys, values=values, left=left, right=right)
+
+
 def on_whole_frames(keys: Keys) -> Keys:
     """Move keys to whole frames: keys that a person made keep their values, cuts take the curve's value there.
 

@@ -28,6 +28,7 @@ from .animated import (
     fcurves_of,
     keyed,
     keys_of,
+    refuse_edited,
     refuse_untouchable,
     units_of,
     write_keys,
@@ -242,6 +243,7 @@ def _reference(
         other = settings.reference_object
         if other is None:
             raise OptionError("choose the object whose timing is wanted", option="reference")
+        refuse_edited(other, "reference")
         if not moves(other):
             raise OptionError(f"{other.name} does not move", option="reference")
         low, high = extent([other])
@@ -269,7 +271,23 @@ def _of_action(data: Thing, scene: Thing, objects: Sequence[Thing], action: Thin
     one = next((one for one in objects if one.type == "ARMATURE"), objects[0])
     first, last = action.frame_range
     with _only(one, action):
+        playing = [unit for unit in units_of(one) if unit.strip is None]
+        if not any(_is_there(one, curve) for unit in playing for curve in fcurves_of(unit.action, unit.slot)):
+            raise OptionError(
+                f"the action {action.name} moves nothing of {one.name}: choose one that was made for it, or choose the "
+                "object that it moves",
+                option="reference",
+            )
         return clips_of(data, scene, [one], int(np.floor(first)), int(np.ceil(last)), root=root)[0]
+
+
+def _is_there(block: Thing, curve: Thing) -> bool:
+    """Tell whether a curve has keys, and something to move."""
+    try:
+        block.path_resolve(curve.data_path)
+    except ValueError:
+        return False
+    return keyed(curve)
 
 
 @contextlib.contextmanager

@@ -24,6 +24,7 @@ from .animated import (
     fcurves_of,
     frame_notes,
     is_discrete,
+    is_shared,
     keyed,
     keys_of,
     own_copy,
@@ -39,6 +40,7 @@ from .fcurve_keys import (
     LINEAR,
     Keys,
     difference,
+    negated_from,
     on_whole_frames,
     retimed,
     segments_of,
@@ -131,7 +133,7 @@ def retime(objects: Sequence[Thing], scene: Thing, timing: Timing, wanted: Wante
     reach = _reach(objects, scene, timing)
     if wanted.kind == "NLA":
         for block in blocks_of(objects):
-            _by_strips(block, timing, reach)
+            _by_strips(block, timing, reach, report)
     else:
         _by_keys(objects, scene, timing, reach, wanted, report)
     if wanted.move_markers:
@@ -165,6 +167,9 @@ def _by_keys(
     wanted: Wanted,
     report: Report,
 ) -> None:
+    # All else is handed in; who plays an action only Blender as a whole can say.
+    import bpy
+
     groups: dict[tuple[Any, ...], list[Unit]] = {}
     for block in blocks_of(objects):
         for unit in units_of(block):
@@ -183,10 +188,13 @@ def _by_keys(
     played: dict[str, int] = {}
     for name, *_ in groups:
         played[name] = played.get(name, 0) + 1
+    blocks = blocks_of(objects)
     for (name, *_), units in groups.items():
         old = units[0].action
-        # One action that is played in two places with different timing becomes two; a linked one is nobody's to change.
+        # One action that is played in two places with different timing becomes two; a linked one is nobody's to change,
+        # and one that others play too is not the selection's alone.
         new = wanted.new_action or played[name] > 1 or old.library is not None
+        new = new or any(is_shared(bpy.data, old, unit.slot, blocks) for unit in units)
         slots = own_copy(units, f"{old.name} retimed") if new else {i: unit.slot for i, unit in enumerate(units)}
         done: set[str] = set()
         for i, unit in enumerate(units):
@@ -294,15 +302,17 @@ def _baked(
     names: list[CurveName] = [(curve.data_path, curve.array_index) for curve in curves]
     by_name = {name: drawing[0] for name, drawing in zip(names, draws, strict=True)}
     discrete = frozenset(name for name, curve in zip(names, curves, strict=True) if is_discrete(unit.block, curve))
+    chains = chains_of(unit.block)
     values = baked(
         by_name,
-        chains_of(unit.block),
+        chains,
         timing,
         average=wanted.average,
         discrete=discrete,
         metres_per_unit=float(scene.unit_settings.scale_length),
     )
     frames = timing.frames()
+    exact = _agreeing_after(chains, names, exact, by_name, values, timing)
     # A strip may begin and end between two frames, and holds what its action has there.
     ends = np.zeros(0)
     if unit.strip is not None and not wanted.average:
@@ -317,6 +327,32 @@ def _baked(
             made.interpolation[:] = CONSTANT
         results.append(made)
     return results
+
+
+def _agreeing_after(
+    chains: Sequence[Channels],
+    names: Sequence[CurveName],
+    exact: Sequence[Keys],
+    by_name: dict[CurveName, CurveSegments],
+    values: dict[CurveName, FloatArray],
+    timing: Timing,
+) -> list[Keys]:
+    """Flip the signs of quaternions after the range where they flipped within it: baked ones agree, and so must these.
+
+    Both signs mean one turn, so no pose changes.
+    """
+    last = timing.frames()[-1:]
+    result = list(exact)
+    for chain in chains:
+        turn = [(chain.turn_path, i) for i in range(4)]
+        if chain.mode != "QUATERNION" or not all(name in by_name for name in turn):
+            continue
+        was = [float(by_name[name](timing.warp(last))[0, 0]) for name in turn]
+        if sum(old * values[name][-1] for old, name in zip(was, turn, strict=True)) < 0:
+            for name in turn:
+                at = names.index(name)
+                result[at] = negated_from(result[at], float(last[0]))
+    return result
 
 
 def chains_of(block: Thing) -> list[Channels]:
@@ -397,12 +433,19 @@ def _retime_controls(strip: Thing, timing: Timing) -> None:
         )
 
 
-def _by_strips(block: Thing, timing: Timing, reach: tuple[float, float]) -> None:
+def _by_strips(block: Thing, timing: Timing, reach: tuple[float, float], report: Report) -> None:
     """Leave the keys of a data-block, and have strips play them with the new timing."""
     animation = block.animation_data
     strips = list(strips_of(block))
     action, slot = animation.action, getattr(animation, "action_slot", None)
     if action is not None:
+        if not animation.use_nla:
+            # Where strips were not played, the one that is to be must be the only one.
+            for track in animation.nla_tracks:
+                track.mute = True
+            if strips:
+                report.notes.append(f"{block.name}: its NLA was switched off; it is on now, and its other tracks muted")
+            animation.use_nla = True
         strips.append(_pushed_down(animation, action, slot, reach))
     for strip in strips:
         if strip.type == "CLIP":

@@ -124,3 +124,27 @@ def test_a_turn_of_which_a_part_is_animated_stays_numbers():
     part = {name: one for name, one in curves.items() if name != (both[1].turn_path, 2)}
     out = baked(part, both, FAST, average=True)
     assert out.keys() == part.keys()
+
+
+@pytest.mark.parametrize("speed", [1.5, 4.0, 7.3])
+def test_nothing_is_averaged_across_a_jump(speed):
+    """A curve that is held and switched keeps its own values; beside a jump another one does too, and only there."""
+    rng = np.random.default_rng(7)
+    n = 120
+    held = np.repeat(rng.normal(size=n // 8), 8)
+    steps = CurveSegments.through(np.arange(1.0, n + 1), held[:, None], SegmentKind.STEP)
+    shaking = np.arange(n) % 2 + 0.1 * np.arange(n)
+    mixed = CurveSegments.through(np.arange(1.0, n + 1), shaking[:, None], SegmentKind.LINEAR)
+    mixed.values[59, 3] += 5.0
+    last = 1 + (n - 1) / speed
+    timing = Timing(Warp([1.0, last], [1.0, float(n)]), 24.0)
+    found = baked({("held", 0): steps, ("mixed", 0): mixed}, [], timing, average=True)
+    frames = timing.frames()
+    np.testing.assert_allclose(found["held", 0], steps(timing.warp(frames))[:, 0], atol=1e-12)
+    plain = mixed(timing.warp(frames))[:, 0]
+    near = np.abs(timing.warp(frames) - 61.0) < (speed - 1) / 2 + 1
+    np.testing.assert_array_equal(found["mixed", 0][near], plain[near])
+    assert near.any()
+    if speed > 3:
+        inner = ~near & (frames > 3) & (frames < frames[-1] - 2)
+        assert np.ptp(found["mixed", 0][inner] - 0.1 * timing.warp(frames)[inner]) < 0.8

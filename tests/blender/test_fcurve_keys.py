@@ -16,6 +16,7 @@ from blender.fcurve_keys import (
     continued,
     difference,
     end_slopes,
+    negated_from,
     on_whole_frames,
     retimed,
     segments_of,
@@ -191,3 +192,15 @@ def test_a_switch_is_held_whatever_its_keys_say():
     keys = Keys.straight(np.array([0.0, 20.0]), np.array([0.0, 1.0]))
     curve, _ = segments_of(keys, discrete=True)
     assert curve(np.array([0.0, 19.9, 20.0])).ravel().tolist() == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_negated_keys_draw_the_same_below_zero_from_there(seed):
+    rng = np.random.default_rng(seed)
+    keys = drawn_keys(rng, whole=True)
+    at = 4
+    frames = np.linspace(-3, 70, 400)
+    found = literal(negated_from(keys, keys.times[at]), frames)
+    after, before = frames >= keys.times[at], frames < keys.times[at - 1]
+    np.testing.assert_allclose(found[after], -literal(keys, frames)[after], atol=1e-12)
+    np.testing.assert_allclose(found[before], literal(keys, frames)[before], atol=1e-12)

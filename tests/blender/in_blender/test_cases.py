@@ -135,14 +135,54 @@ def test_both_of_a_shared_action(scene, new_action):
     assert (one.animation_data.action == action) != new_action
 
 
+def share(one, other):
+    """Have an object play what another plays."""
+    one.animation_data_create().action = other.animation_data.action
+    if hasattr(one.animation_data, "action_slot"):
+        one.animation_data.action_slot = other.animation_data.action_slot
+
+
 def test_objects_that_share_an_action_whole(scene):
     one, other = swinging(empty("one")), empty("other")
-    other.animation_data_create().action = one.animation_data.action
-    if hasattr(other.animation_data, "action_slot"):
-        other.animation_data.action_slot = one.animation_data.action_slot
+    share(other, one)
     still = poses([other], FRAMES)
     check([one])
     np.testing.assert_array_equal(poses([other], FRAMES), still)
+
+
+def test_an_action_that_others_play_too_is_left_to_them(scene):
+    """Even where the action itself is to be retimed: who is not selected keeps what they play, in strips too."""
+    ball, other, striped, apart = swinging(empty()), empty("other"), empty("striped"), swinging(empty("apart"))
+    action = ball.animation_data.action
+    share(other, ball)
+    share(striped, ball)
+    strip_of(striped)
+    frames = np.arange(-3, 90)
+    before = poses([other, striped], frames)
+    check([ball], new_action=False)
+    np.testing.assert_array_equal(poses([other, striped], frames), before)
+    assert ball.animation_data.action != action
+    # What nobody else plays is retimed itself.
+    alone = apart.animation_data.action
+    check([apart], new_action=False)
+    assert apart.animation_data.action == alone
+
+
+@pytest.mark.parametrize("result", ["KEYS", "NLA", "BAKE"])
+@pytest.mark.parametrize("with_strip", [False, True])
+def test_an_nla_that_is_switched_off(scene, result, with_strip):
+    """What it would play is not shown, and must not come to be."""
+    ball = swinging(empty())
+    animation = ball.animation_data
+    if with_strip:
+        played = swinging(empty("other"), seed=8).animation_data
+        strip = animation.nla_tracks.new().strips.new("strip", 5, played.action)
+        if hasattr(strip, "action_slot"):
+            strip.action_slot = played.action_slot
+        strip.blend_type = "ADD"
+    animation.use_nla = False
+    words = check([ball], result=result, atol=1e-4 if result == "BAKE" else 1e-5)
+    assert ("its NLA was switched off" in words) == (result == "NLA" and with_strip)
 
 
 def linked(tmp_path, name):
@@ -162,6 +202,22 @@ def test_linked_objects_are_refused_by_name(scene, tmp_path):
     with pytest.raises(RuntimeError, match=r"walker is linked from .*library\.blend: make a library override"):
         run("retime")
     assert bpy.context.scene.retime.fault_field == "selection"
+
+
+def test_linked_data_of_an_object_is_refused_by_name(scene, tmp_path):
+    """It can't be changed, and so would no longer be in step."""
+    camera = link(bpy.data.objects.new("shot", bpy.data.cameras.new("lens")))
+    for frame, lens in ((1, 35), (60, 50)):
+        camera.data.lens = lens
+        camera.data.keyframe_insert("lens", frame=frame)
+    theirs = linked(tmp_path, "shot").data
+    camera = swinging(link(bpy.data.objects.new("mine", theirs)))
+    action = camera.animation_data.action
+    select(camera)
+    with pytest.raises(RuntimeError, match=r"lens, which moves mine, is linked from .*library\.blend: make a library"):
+        run("retime")
+    assert bpy.context.scene.retime.fault_field == "selection"
+    assert camera.animation_data.action == action
 
 
 @pytest.mark.parametrize("result", ["KEYS", "NLA", "BAKE"])
@@ -227,6 +283,26 @@ def test_quaternions_that_flip_their_sign(scene, result):
             [[curve.evaluate(frame) for frame in frames] for curve in fcurves(rig) if "thigh.L" in curve.data_path]
         )
         assert (np.abs(np.diff(rows, axis=1)).max(axis=1) < 0.5).all()
+
+
+@pytest.mark.parametrize("average", [False, True])
+@pytest.mark.parametrize("flipped", [5, 8, 13])
+def test_quaternions_that_flip_within_the_range_agree_with_what_comes_after(scene, flipped, average):
+    ball = empty()
+    ball.rotation_mode = "QUATERNION"
+    for i, frame in enumerate(range(1, 61, 3)):
+        turned = np.array([math.cos(0.05 * i), math.sin(0.05 * i), 0, 0])
+        ball.rotation_quaternion = -turned if i >= flipped else turned
+        ball.keyframe_insert("rotation_quaternion", frame=frame)
+    # Beside the flip, where the motion as it was has no pose of its own.
+    frames = np.array([frame for frame in np.arange(-3, 50, 0.5) if not 13 < frame < 22.01])
+    select(ball)
+    scene.retime.result, scene.retime.average = "BAKE", average
+    draw_curve([(13, 13), (22, 31)])
+    steady = [frame for frame in frames if not 3 * flipped - 2 <= shown(frame) <= 3 * flipped + 1]
+    wanted = poses([ball], shown(steady))
+    run("use_curve")
+    np.testing.assert_allclose(poses([ball], steady), wanted, atol=1e-4)
 
 
 @pytest.mark.parametrize("mode", TURNS)
@@ -366,6 +442,42 @@ def test_switches_have_no_values_between(scene):
     assert values(ball, "hide_render", np.arange(1, 51)).tolist() == wanted.tolist()
 
 
+@pytest.mark.parametrize("result", ["KEYS", "NLA", "BAKE"])
+def test_switches_that_stand_in_rows(scene, result):
+    ball = swinging(empty())
+    for frame, locked in ((1, (False, True, False)), (25, (True, False, False)), (44, (False, True, True))):
+        ball.lock_location = locked
+        ball.keyframe_insert("lock_location", frame=frame)
+    for curve in fcurves(ball):
+        for point in curve.keyframe_points:
+            point.interpolation = "BEZIER"
+    frames = np.arange(1, 51)
+    draw_curve(PAIRS)
+    wanted = [values(ball, "lock_location", shown(frames), axis).tolist() for axis in range(3)]
+    check([ball], result=result, atol=1e-4)
+    assert [values(ball, "lock_location", frames, axis).tolist() for axis in range(3)] == wanted
+
+
+def test_averaging_leaves_jumps_as_they_are(scene):
+    """Poses that are held, and a setting that is switched: nothing between two of them was ever there."""
+    rig = walker(n_frames=60, step=6)
+    rig["held"] = 0.0
+    for frame, value in ((1, 0.0), (26, 1.0), (44, 0.0)):
+        rig["held"] = value
+        rig.keyframe_insert('["held"]', frame=frame)
+    for curve in fcurves(rig):
+        for point in curve.keyframe_points:
+            point.interpolation = "CONSTANT"
+    select(rig)
+    scene.retime.result, scene.retime.average = "BAKE", True
+    draw_curve([(1, 1), (27, 60)])
+    frames = np.arange(1, 28)
+    wanted, held = poses([rig], shown(frames)), values(rig, '["held"]', shown(frames))
+    run("use_curve")
+    np.testing.assert_allclose(poses([rig], frames), wanted, atol=1e-4)
+    assert values(rig, '["held"]', frames).tolist() == held.tolist()
+
+
 def test_sampled_curves(scene):
     ball = swinging(empty())
     for curve in fcurves(ball):
@@ -400,6 +512,64 @@ def test_drivers_and_modifiers_in_frame_time_are_named_and_kept(scene):
     assert "Limits" not in words
     assert [one.type for curve in fcurves(ball) for one in curve.modifiers] == ["NOISE", "LIMITS"]
     assert ball.animation_data.drivers[0].driver.expression == "1 + frame / 100"
+
+
+@pytest.mark.parametrize(
+    ("expression", "named"),
+    [
+        ("1 + frame / 100", True),
+        ("bpy.context.scene.frame_current", True),
+        ("frames * 2", False),
+        ("now + 1", True),
+        ("frame + 1 if 0 else height", False),
+    ],
+)
+def test_drivers_by_frame_are_told_from_others(scene, expression, named):
+    ball = swinging(empty())
+    inner = ball.driver_add("scale", 0).driver
+    given = {"frames": "location[0]", "now": "frame_current", "height": "location[2]"}
+    # A variable of this name hides the frame.
+    given |= {"frame": "location[1]"} if "height" in expression else {}
+    for name, path in given.items():
+        if name not in expression:
+            continue
+        variable = inner.variables.new()
+        variable.name = name
+        target = variable.targets[0]
+        target.id_type = "SCENE" if name == "now" else "OBJECT"
+        target.id = scene if name == "now" else ball
+        target.data_path = path
+    inner.expression = expression
+    words = check([ball], frames=np.arange(1, 1))
+    assert ("the driver of scale goes by the scene's frames" in words) == named
+
+
+def test_what_else_goes_by_frames_or_is_lent_is_named(scene):
+    mesh = bpy.data.meshes.new("box")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    box = swinging(link(bpy.data.objects.new("box", mesh)))
+    timed, plain = (bpy.data.node_groups.new(name, "GeometryNodeTree") for name in ("timed", "plain"))
+    timed.nodes.new("GeometryNodeInputSceneTime")
+    outer = bpy.data.node_groups.new("outer", "GeometryNodeTree")
+    for group in (plain, timed):
+        outer.nodes.new("GeometryNodeGroup").node_tree = group
+    for group in (plain, timed, outer):
+        # Else Blender says for each frame that there is none.
+        group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+        group.nodes.new("NodeGroupOutput")
+        box.modifiers.new(f"by {group.name}", "NODES").node_group = group
+    box.modifiers.new("grown", "BUILD")
+    box.constraints.new("FOLLOW_TRACK").name = "tracked"
+    paint = bpy.data.materials.new("paint")
+    mesh.materials.append(paint)
+    paint.keyframe_insert("diffuse_color", frame=3)
+    before = [point.co.x for curve in fcurves(paint) for point in curve.keyframe_points]
+    words = check([box], frames=np.arange(1, 1)).split("\n")
+    for name in ("by timed", "by outer", "grown", "tracked"):
+        assert f"box: {name} runs in the scene's own frames" in words
+    assert not any("plain" in line for line in words)
+    assert "box: keys of the material paint keep their timing, as other objects may use these too" in words
+    assert [point.co.x for curve in fcurves(paint) for point in curve.keyframe_points] == before
 
 
 def test_nothing_selected_and_nothing_that_moves_are_refused(scene):
@@ -447,6 +617,88 @@ def test_a_rig_that_constraints_move_is_seen_as_it_moves(scene):
     wanted = poses([rig, target], shown(frames))
     run("retime")
     np.testing.assert_allclose(poses([rig, target], frames), wanted, atol=1e-5)
+
+
+def searched(rig):
+    """Return which frame the search shows at each output frame."""
+    scene = bpy.context.scene
+    select(rig)
+    scene.retime.search_length = "75%"
+    assert run("preview") == {"FINISHED"}
+    return shown(np.arange(1, 91))
+
+
+@pytest.mark.parametrize("how", ["by a key", "by a key in a strip", "by a driver", "at rest"])
+def test_what_is_not_shown_is_searched_all_the_same(scene, how):
+    rig = walker()
+    wanted = searched(rig)
+    if how.startswith("by a key"):
+        for frame, hidden in ((1, False), (30, True), (80, False)):
+            rig.hide_viewport = hidden
+            rig.keyframe_insert("hide_viewport", frame=frame)
+        scene.frame_set(1)
+        if "strip" in how:
+            strip_of(rig, start=1)
+    elif how == "by a driver":
+        rig.driver_add("hide_viewport").driver.expression = "frame > 20"
+    else:
+        rig.data.pose_position = "REST"
+    np.testing.assert_allclose(searched(rig), wanted, atol=1e-4)
+    # It is as it was, and hidden when it was.
+    assert (rig.data.pose_position == "REST") == (how == "at rest")
+    if how.startswith("by a key"):
+        assert values(rig, "hide_viewport", [10, 50, 90]).tolist() == [False, True, False]
+    elif how == "by a driver":
+        assert not rig.animation_data.drivers[0].mute
+
+
+def test_a_reference_that_is_hidden_is_looked_at(scene):
+    rig, other = walker(), walker("other", seed=5, n_frames=90)
+    scene.retime.reference_kind, scene.retime.reference_object = "OBJECT", other
+    wanted = searched(rig)
+    other.hide_viewport = True
+    np.testing.assert_array_equal(searched(rig), wanted)
+    assert other.hide_viewport
+
+
+def test_edit_mode_is_to_be_left_first(scene):
+    rig, other = walker(), walker("other", n_frames=40)
+    for edited, field in ((rig, "selection"), (other, "reference")):
+        select(edited)
+        bpy.ops.object.mode_set(mode="EDIT")
+        if field == "reference":
+            rig.select_set(True)
+            other.select_set(False)
+            scene.retime.reference_kind, scene.retime.reference_object = "OBJECT", other
+        with pytest.raises(RuntimeError, match=f"{edited.name} is in edit mode"):
+            run("retime")
+        assert scene.retime.fault_field == field
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+@pytest.mark.parametrize("what", ["bone", "object"])
+@pytest.mark.parametrize("result", ["KEYS", "BAKE"])
+def test_what_is_scaled_to_nothing_for_a_while(scene, what, result):
+    rig = walker()
+    holder = rig.pose.bones["spine"] if what == "bone" else rig
+    for frame, scale in ((1, 1), (40, 0), (60, 0), (80, 1)):
+        holder.scale = (scale, scale, scale)
+        holder.keyframe_insert("scale", frame=frame)
+    select(rig)
+    scene.retime.search_length, scene.retime.result = "75%", result
+    run("preview")
+    frames = np.arange(1, 91)
+    scene.retime.average = False
+    wanted = poses([rig], shown(frames))
+    assert run("retime") == {"FINISHED"}
+    np.testing.assert_allclose(poses([rig], frames), wanted, atol=1e-4 if result == "BAKE" else 1e-5)
+
+
+def test_an_armature_without_bones_is_an_object_like_another(scene):
+    rig = link(bpy.data.objects.new("none", bpy.data.armatures.new("none")))
+    check([swinging(rig)])
+    scene.retime.search_length = "75%"
+    assert run("retime") == {"FINISHED"}
 
 
 def test_frames_below_zero_and_far_from_it(scene):

@@ -308,6 +308,25 @@ def test_references_that_are_missing_are_asked_for(scene, kind):
         assert scene.retime.fault_field == "reference"
 
 
+def test_an_action_that_moves_nothing_here_is_no_reference(scene):
+    rig = walker()
+    other = swinging(empty("ball"), path="scale")
+    bone = walker("other").animation_data.action
+    for curve in fcurves(bpy.data.objects["other"]):
+        curve.data_path = curve.data_path.replace('bones["', 'bones["its ')
+    select(rig)
+    scene.retime.reference_kind = "ACTION"
+    scene.retime.reference_action = bone
+    action = rig.animation_data.action
+    with pytest.raises(RuntimeError, match="otherAction moves nothing of walker: choose one that was made for it"):
+        run("retime")
+    assert scene.retime.fault_field == "reference"
+    assert rig.animation_data.action == action
+    # What moves the whole figure moves something of it.
+    scene.retime.reference_action = other.animation_data.action
+    assert run("preview") == {"FINISHED"}
+
+
 def test_synchronise_keeps_step_with_another_object(scene):
     """A walk and the same walk with other timing, which is known: it is found again."""
     leader, follower = walker("leader"), walker("follower")
@@ -431,6 +450,41 @@ def test_the_editor_gets_the_clip_and_gives_its_timing_back(scene, tmp_path):
     now = poses([rig], frames)
     rig.animation_data.action = old
     np.testing.assert_allclose(now, poses([rig], shown(frames)), atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        (None, r"No such file or directory: name the retime command in the preferences"),
+        ("#!/bin/sh\nexit 3\n", r"retime ended with 3 and said nothing\. It needs retime of this version: pip install"),
+        ("#!/bin/sh\necho 1 >&2\necho no websockets >&2\nexit 1\n", r"did not start: no websockets\. It needs retime"),
+    ],
+)
+@pytest.mark.skipif(os.name == "nt", reason="a script stands for the command")
+def test_an_editor_that_does_not_start_says_so(scene, tmp_path, script, said):
+    select(walker())
+    command = tmp_path / "retime"
+    if script is not None:
+        command.write_text(script, encoding="utf-8")
+        command.chmod(command.stat().st_mode | stat.S_IEXEC)
+    bpy.context.preferences.addons[PACKAGE].preferences.command = str(command)
+    with pytest.raises(RuntimeError, match=said):
+        run("open_editor")
+    assert scene.retime.fault_field == "editor"
+    assert scene.retime.project == ""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a script stands for the command")
+def test_an_editor_that_serves_is_waited_for_no_longer(scene, tmp_path):
+    select(walker())
+    command = tmp_path / "retime"
+    command.write_text("#!/bin/sh\necho editing at http://127.0.0.1:1/\nexec sleep 15\n", encoding="utf-8")
+    command.chmod(command.stat().st_mode | stat.S_IEXEC)
+    bpy.context.preferences.addons[PACKAGE].preferences.command = str(command)
+    begun = time.monotonic()
+    assert run("open_editor") == {"FINISHED"}
+    assert time.monotonic() - begun < 9
+    assert scene.retime.project.endswith("_from_1.retime")
 
 
 def test_a_project_from_elsewhere_is_refused(scene, tmp_path):
