@@ -16,6 +16,7 @@ EXTRAS_MADE := $(EXTRAS)/.made
 SITE := $(VENV)/site
 SITE_MADE := $(SITE)/.made
 INSTALLED := $(VENV)/.installed
+FILES := $(VENV)/.files
 VENV_WORKS := $(shell $(PY) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo yes)
 # The editor's page: a bundle that npm builds. Without npm there is all but that.
 PAGE := src/retime/server/page/index.html
@@ -235,10 +236,14 @@ $(BENCH): requirements/bench.txt $(LOCKED)
 	$(PIP) install --quiet --require-hashes --only-binary :all: -r requirements/bench.txt
 	@touch $@
 
+# An editable install has a list of all modules: it is stale when one was added, moved or deleted.
+$(FILES): FORCE | $(MADE)
+	@find src/retime -name '*.py' | sort > $@.now; cmp -s $@.now $@ && rm $@.now || mv $@.now $@
+
 # Without a compiler the NumPy backend alone is installed, and what CMake remembers of the search is removed. Where one
 # works, a kernel that fails to build is an error: otherwise the tests would pass on the backend that was not meant.
 INSTALL := $(PIP) install --quiet --no-deps --no-build-isolation --editable .
-$(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS)
+$(INSTALLED): $(LOCKED) pyproject.toml $(KERNELS) $(FILES)
 	@headers=$$($(PY) -c 'import sysconfig; print(sysconfig.get_path("include"))'); \
 	if printf '#include <Python.h>\n#include <thread>\nint main() {}\n' | \
 		$${CXX:-c++} -std=c++20 -I"$$headers" -x c++ - -o $(VENV)/.compiles 2>/dev/null; \

@@ -13,8 +13,8 @@ import pytest
 
 from retime import Signal, read
 from retime.errors import FormatError, FormatWarning, OptionError
-from retime.formats.keypoint_layouts import BODY_25, COCO_17, COCO_18, HAND_21, MEDIAPIPE_33, MPI_15
-from retime.formats.keypoint_people import apart, follow
+from retime.formats.keypoints.layouts import BODY_25, COCO_17, COCO_18, HAND_21, MEDIAPIPE_33, MPI_15
+from retime.formats.keypoints.people import apart, follow
 from retime.formats.registry import format_of, write
 from tests.formats.keypoint_files import landmarks, moving, openpose_people, write_openpose
 

@@ -81,8 +81,8 @@ class Format:
     shared_ending : bool
         Whether most files with its ending are something else, so that folders are not searched for it.
     many_files : bool
-        Whether a folder, or a pattern of names, may stand for a clip; its module then tells which (`is_many_files`) and
-        reads them.
+        Whether a folder, or a pattern of names, may stand for a clip; its module, which then
+        is ``format`` in a room of its own, tells which (`is_many_files`) and reads them.
     alike : bool
         Whether all channels are places in one picture or room, so that a search compares them as they are, without
         dividing each by its own spread.
@@ -285,7 +285,10 @@ def check_holds(path: str | PathLike[str], holds: str, *, like: str = "") -> Non
 
 def module_of(known: Format) -> FormatModule:
     """Import the module of a format, which is done when a file of its is met."""
-    module = f"curves.{known.name}.format" if known.curves else known.name
+    if known.curves:
+        module = f"curves.{known.name}.format"
+    else:
+        module = f"{known.name}.format" if known.many_files else known.name
     return cast(FormatModule, importlib.import_module(f"retime.formats.{module}"))
 
 

@@ -43,6 +43,9 @@ _ARRAYS = (
 _GLTF = tuple(
     f"retime.formats.curves.gltf.{one}" for one in ("format", "animation", "file", "retime", "scene", "write")
 )
+_KEYPOINTS = tuple(
+    f"retime.formats.keypoints.{one}" for one in ("format", "frames", "layouts", "mediapipe", "openpose")
+)
 # Text of a JSON document: what a backslash begins is no word.
 _JSON_PIECE = re.compile(rb"\\u[0-9a-fA-F]{4}|\\.|[^\\]+", re.DOTALL)
 _DATA_URI = re.compile(rb'("data:)([^,"\\]*)(,)([A-Za-z0-9+/=]*)')
@@ -215,7 +218,7 @@ def mask_gltf(data: bytes, names: StandIns) -> bytes:
 
 def mask_keypoints(data: bytes, names: StandIns) -> bytes:
     """Replace the texts of keypoints in JSON that their reader does not know."""
-    known = words_of_modules("retime.formats.keypoints", "retime.formats.keypoint_layouts") | UNITS_AND_AXES
+    known = words_of_modules(*_KEYPOINTS) | UNITS_AND_AXES
     return _mask_json(data, names, known)
 
 
