@@ -523,3 +523,15 @@ def test_repair_parts_numbers_that_run_together(tmp_path: Path) -> None:
     for odd in ("t,x,y\n0.0,1,2\n0.1,3,4\n0.2,1-2-3\n", "t,x,y,w\n0.0,1,2,go\n0.1,3,4,go\n0.2,1-2,go\n"):
         with pytest.warns(FormatWarning, match="2 whole rows were kept; then .*:4: the row has"):
             assert table(tmp_path, odd, repair=True).n_frames == 2
+
+
+@pytest.mark.parametrize("first", ["1-2,2.50", "1-2.5,2.50", "1e-2-2.5,2.50"])
+def test_the_first_row_may_be_one_whose_numbers_ran_together(tmp_path: Path, first: str) -> None:
+    """Times stand in the last column, and the row itself has no such column."""
+    text = f"x,y,time\n{first}\n3,4,2.54\n5,6,2.58\n"
+    with pytest.warns(FormatWarning, match="parted in 1 row; the first is line 2"):
+        signal = table(tmp_path, text, repair=True)
+    whole = table(tmp_path, text.replace(first, first[::-1].replace("-", "-,", 1)[::-1]))
+    assert (signal.values == whole.values).all()
+    assert (signal.rate, signal.clock) == (whole.rate, whole.clock)
+    assert signal.rate == 25

@@ -86,7 +86,7 @@ class TableClock:
             form: ClockForm = "timecode" if self.rows.clocks[column] == "timecode" else "date"
             return text_times(name, texts, form, rate)
         times = np.array(self.rows.values[:, column])
-        return numeric_times(name, times, self.text.first_row()[column].replace(",", "."), self._known_form(column))
+        return numeric_times(name, times, self.rows.first_cell(column).replace(",", "."), self._known_form(column))
 
     def _known_form(self, column: int) -> ClockForm | None:
         """Say in what a column of times counts, where somebody said it: a person, the head, or its name."""

@@ -114,8 +114,10 @@ class TableRows:
             for line, _, fields in self.text.rows(piece, first_line):
                 while self.text.layout.extra and len(fields) > n_columns and not fields[-1]:
                     fields.pop()
-                if len(fields) < n_columns and self.text.options.repair:
-                    fields = self._parted(line, fields)
+                parted = self._parted(fields)
+                if parted is not fields:
+                    self.glued.append(line)
+                    fields = parted
                 if len(fields) != n_columns:
                     raise self.text.error(
                         line,
@@ -127,8 +129,15 @@ class TableRows:
             failure = error
         return np.array(values).reshape(-1, n_columns), failure
 
-    def _parted(self, line: int, fields: list[str]) -> list[str]:
+    def first_cell(self, column: int) -> str:
+        """Return a cell of the first row as it is written, or nothing where the row has not so many."""
+        fields = self._parted(self.text.first_row())
+        return fields[column] if column < len(fields) else ""
+
+    def _parted(self, fields: list[str]) -> list[str]:
         """Part numbers that run together, where the row then has as many as it must have; in tables of numbers."""
+        if len(fields) >= len(self.text.names) or not self.text.options.repair:
+            return fields
         # Dates and words may hold a minus.
         if self.texts or self.time_texts:
             return fields
@@ -136,10 +145,7 @@ class TableRows:
         parted = [
             one for field in fields for one in part_glued(field.encode(), decimal_comma=comma).decode().split(" ")
         ]
-        if len(parted) != len(self.text.names):
-            return fields
-        self.glued.append(line)
-        return parted
+        return parted if len(parted) == len(self.text.names) else fields
 
     def _number(self, line: int, column: int, field: str) -> float:
         if column in self.time_texts:
