@@ -30,6 +30,7 @@ from tests.fuzz.trials import Trial, mutated_bytes, mutated_text
 
 _LIMITS = Limits(file_bytes=1 << 20, frames=20_000, joint_poses=100_000, inflated_bytes=4 << 20)
 _WARP = Warp([0.0, 0.05, 0.1, 0.2, 0.3], [0.0, 0.15, 0.15, 0.02, 0.3])
+_HIGHEST_RATE = 60_000
 _ODD_WORDS = [0, 1, 2, 127, 128, 255, 256, 12345, 32767, 32768, 65535]
 
 
@@ -159,7 +160,8 @@ def capture_file(draw: random.Random, kind: str) -> str:
             raise
         # A part that can't be looked at may still be retimed: the markers of a file whose forces are broken.
         clip = None
-    if not retimed:
+    # The warp takes three tenths of a second, of which a rate that is misread can make what no bound here holds.
+    if not retimed or (clip is not None and clip.rate > _HIGHEST_RATE):
         return f"{kind} is read"
     new = module.retime_frames(path, data, _WARP, options, average=draw.random() < 0.5, held=1)
     again = ReadOptions(rate=options.rate, gaps=GapPolicy(), limits=Limits())
