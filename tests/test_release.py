@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import retime
 from tests.tool_modules import tool
 
 ROOT = Path(__file__).resolve().parents[1]
-release_notes, make_version = tool("release_notes"), tool("make_version")
+release_notes, make_version, name_repository = tool("release_notes"), tool("make_version"), tool("name_repository")
+REPOSITORY = "https://example.org/somebody/retime"
 
 
 CHANGELOG = """\
@@ -73,3 +75,47 @@ def test_the_changelog_has_a_heading_for_every_version_the_newest_first() -> Non
     assert versions == sorted(versions, reverse=True)
     assert "Unreleased" not in headings[1:]
     assert release_notes.notes_of(f"v{retime.__version__}", text, retime.__version__)
+
+
+def test_on_the_index_all_links_lead_to_the_repository() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    published = name_repository.published_readme(text, REPOSITORY, "v1.2.0")
+    targets = re.findall(r"\]\(([^)\s]+)\)", published)
+    ours = [target for target in targets if target.startswith(REPOSITORY)]
+    assert len(ours) == len(re.findall(r"\]\((?!https:)", text)) > 20
+    assert {target for target in targets if target not in ours} == set(re.findall(r"\]\((https:[^)]+)\)", text))
+    for target in ours:
+        kind, path = re.fullmatch(rf"{REPOSITORY}/(raw|blob)/v1\.2\.0/([^#]+)(?:#.*)?", target).groups()
+        assert (ROOT / path).is_file(), path
+        assert (kind == "raw") == path.endswith((".svg", ".png")), path
+    # Nothing but links is changed: without them the texts are one.
+    bare = [re.sub(r"\]\([^)]+\)", "]", one) for one in (text, published)]
+    assert bare[0] == bare[1]
+
+
+def test_links_in_code_and_in_pages_stay() -> None:
+    text = (
+        "[a](b.md#c) `[a](b.md)` [![p](p.svg)](q.md) [d](#d) <m@x.y> [w](https://w.org)\n```console\n$ [a](b.md)\n```\n"
+    )
+    assert name_repository.published_readme(text, "https://x.org/r", "v1") == (
+        "[a](https://x.org/r/blob/v1/b.md#c) `[a](b.md)` [![p](https://x.org/r/raw/v1/p.svg)]"
+        "(https://x.org/r/blob/v1/q.md) "
+        "[d](#d) <m@x.y> [w](https://w.org)\n```console\n$ [a](b.md)\n```\n"
+    )
+
+
+def test_the_index_lists_the_repository_and_the_paper() -> None:
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    before = tomllib.loads(text)
+    after = tomllib.loads(name_repository.published_project(text, REPOSITORY, "v1.2.0"))
+    urls = after["project"].pop("urls")
+    assert urls == {
+        "Homepage": REPOSITORY,
+        "Documentation": f"{REPOSITORY}/blob/v1.2.0/docs/index.md",
+        "Changelog": f"{REPOSITORY}/blob/v1.2.0/CHANGELOG.md",
+        "Issues": f"{REPOSITORY}/issues",
+        **before["project"].pop("urls"),
+    }
+    assert after == before
+    with pytest.raises(ValueError, match="expected one line of urls"):
+        name_repository.published_project("[project]\n", REPOSITORY, "v1.2.0")
