@@ -20,6 +20,8 @@ export interface Host {
   readonly suffixes: readonly string[];
   /** The number that it gives a shot's first frame; null: it counts from the beginning of its clip. */
   readonly firstFrame: number | null;
+  /** Whether it does with fewer keys where an error is allowed. */
+  readonly thins: boolean;
   /** What can be named in it; empty: nothing. */
   readonly item: string;
 }
@@ -37,6 +39,7 @@ def page() -> str:
             "title": host.title,
             "suffixes": list(host.suffixes),
             "firstFrame": host.first_frame,
+            "thins": not host.every_frame,
             "item": host.takes_item,
         }
         lines.append("  {")

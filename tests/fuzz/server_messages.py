@@ -61,6 +61,7 @@ def _message(draw: random.Random, page: Page) -> dict[str, Any]:
                 "rate": draw.choice(["", "24", "fast", "1e9", "0"]),
                 "start": draw.choice(["", "1001", "-1", "x", "9" * 40]),
                 "item": draw.choice(["", "walk", "a\nb", "}"]),
+                "tolerance": draw.choice(["", "0.01", "-1", "1e3", "nan"]),
                 "overwrite": draw.random() < 0.5,
             },
             {"type": "stop", "revision": draw.choice([0, 1, 5, 10**9])},

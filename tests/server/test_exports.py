@@ -113,6 +113,10 @@ def test_an_export_is_what_the_command_line_writes(exporting, run, monkeypatch, 
     assert (served.folder / "page.bvh").read_bytes() == (served.folder / "line.bvh").read_bytes()
 
 
+# What the page says of a curve where a person said nothing.
+CURVE = {"rate": "", "start": "", "tolerance": "", "item": "", "overwrite": False}
+
+
 @pytest.mark.parametrize(
     ("curve", "arguments"),
     [
@@ -123,6 +127,7 @@ def test_an_export_is_what_the_command_line_writes(exporting, run, monkeypatch, 
         # Frames a second that nobody named are the clip's.
         ({"host": "maya", "path": "page.ma"}, "--rate 60"),
         ({"host": "ffmpeg", "path": "page.txt", "rate": "29.97"}, "--rate 30000/1001"),
+        ({"host": "csv", "path": "page.csv", "tolerance": " 0.05 s"}, "--rate 60 --tolerance 0.05"),
     ],
 )
 def test_a_curve_is_what_the_command_line_writes(exporting, run, monkeypatch, curve, arguments) -> None:
@@ -132,7 +137,7 @@ def test_a_curve_is_what_the_command_line_writes(exporting, run, monkeypatch, cu
     page.told()
     page.say("export", what="warp", path="page.json", clip=0, overwrite=True)
     assert page.until("exported", "refused")["error"] == ""
-    page.say("export_curve", **{"rate": "", "start": "", "item": "", "overwrite": False, **curve})
+    page.say("export_curve", **{**CURVE, **curve})
     done = page.until("exported", "refused")
     assert (done["type"], done["what"]) == ("exported", "curve")
     assert done["error"].endswith("at most, read back from the file")
@@ -149,12 +154,15 @@ def test_a_curve_is_what_the_command_line_writes(exporting, run, monkeypatch, cu
         ({"host": "nuke", "path": "x.nk", "rate": "fast"}, "expected a frame rate"),
         ({"host": "abacus", "path": "x.nk"}, "no host is called 'abacus'"),
         ({"host": "usd-clips", "path": "x.usda"}, "needs --item"),
+        ({"host": "csv", "path": "x.csv", "tolerance": "some"}, "the tolerance: expected a plain number"),
+        ({"host": "csv", "path": "x.csv", "tolerance": "-1"}, "the tolerance: expected a plain number of at least 0"),
+        ({"host": "nuke", "path": "x.nk", "tolerance": "0.1"}, "--tolerance would have no effect"),
         ({"host": "csv", "path": "jump.bvh", "overwrite": True}, "an input is never overwritten"),
     ],
 )
 def test_a_curve_that_can_t_be_written_is_refused(exporting, curve, says) -> None:
     page, served, _ = exporting
-    page.say("export_curve", **{"rate": "", "start": "", "item": "", "overwrite": False, **curve})
+    page.say("export_curve", **{**CURVE, **curve})
     refused = page.until("exported", "refused")
     assert refused["type"] == "refused"
     assert says in refused["reason"]

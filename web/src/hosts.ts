@@ -8,6 +8,8 @@ export interface Host {
   readonly suffixes: readonly string[];
   /** The number that it gives a shot's first frame; null: it counts from the beginning of its clip. */
   readonly firstFrame: number | null;
+  /** Whether it does with fewer keys where an error is allowed. */
+  readonly thins: boolean;
   /** What can be named in it; empty: nothing. */
   readonly item: string;
 }
@@ -18,6 +20,7 @@ export const HOSTS: readonly Host[] = [
     title: "Nuke, a TimeWarp node",
     suffixes: [".nk"],
     firstFrame: 1,
+    thins: false,
     item: "the node",
   },
   {
@@ -25,6 +28,7 @@ export const HOSTS: readonly Host[] = [
     title: "Maya, the scene's time warp, or that of named curves",
     suffixes: [".ma", ".py"],
     firstFrame: 1,
+    thins: true,
     item: "animation curves, with commas between",
   },
   {
@@ -32,6 +36,7 @@ export const HOSTS: readonly Host[] = [
     title: "After Effects, Time Remap of a layer",
     suffixes: [".jsx"],
     firstFrame: null,
+    thins: true,
     item: "the layer",
   },
   {
@@ -39,6 +44,7 @@ export const HOSTS: readonly Host[] = [
     title: "Final Cut Pro and Resolve, a clip with a time map",
     suffixes: [".fcpxml"],
     firstFrame: null,
+    thins: true,
     item: "the clip's file",
   },
   {
@@ -46,6 +52,7 @@ export const HOSTS: readonly Host[] = [
     title: "OpenTimelineIO, a clip cut in pieces of one speed each",
     suffixes: [".otio"],
     firstFrame: 0,
+    thins: true,
     item: "the clip's file",
   },
   {
@@ -53,6 +60,7 @@ export const HOSTS: readonly Host[] = [
     title: "Premiere Pro, a clip with Time Remapping (Final Cut Pro 7 XML)",
     suffixes: [".xml"],
     firstFrame: null,
+    thins: true,
     item: "the clip's file",
   },
   {
@@ -60,6 +68,7 @@ export const HOSTS: readonly Host[] = [
     title: "Lottie, a precomposition with a time remap",
     suffixes: [".json"],
     firstFrame: null,
+    thins: true,
     item: "the precomposition",
   },
   {
@@ -67,6 +76,7 @@ export const HOSTS: readonly Host[] = [
     title: "Houdini, a channel for the Warp CHOP",
     suffixes: [".chan"],
     firstFrame: null,
+    thins: false,
     item: "",
   },
   {
@@ -74,6 +84,7 @@ export const HOSTS: readonly Host[] = [
     title: "Unreal Engine, the keys of a Time Warp track",
     suffixes: [".py"],
     firstFrame: 0,
+    thins: true,
     item: "",
   },
   {
@@ -81,6 +92,7 @@ export const HOSTS: readonly Host[] = [
     title: "framecurve, a table of frames that many programs read",
     suffixes: [".txt", ".framecurve"],
     firstFrame: 1,
+    thins: true,
     item: "",
   },
   {
@@ -88,6 +100,7 @@ export const HOSTS: readonly Host[] = [
     title: "OpenUSD, a layer with value clips",
     suffixes: [".usda"],
     firstFrame: 0,
+    thins: true,
     item: "the layer and the prim, as walk.usd</Char>",
   },
   {
@@ -95,6 +108,7 @@ export const HOSTS: readonly Host[] = [
     title: "ffmpeg, a filter with setpts",
     suffixes: [".txt"],
     firstFrame: null,
+    thins: true,
     item: "",
   },
   {
@@ -102,6 +116,7 @@ export const HOSTS: readonly Host[] = [
     title: "MLT (Shotcut, Kdenlive), a clip with the link timeremap",
     suffixes: [".mlt"],
     firstFrame: null,
+    thins: true,
     item: "the clip's file",
   },
   {
@@ -109,6 +124,7 @@ export const HOSTS: readonly Host[] = [
     title: "A table: output time, input time, in seconds",
     suffixes: [".csv"],
     firstFrame: null,
+    thins: true,
     item: "",
   },
   {
@@ -116,6 +132,7 @@ export const HOSTS: readonly Host[] = [
     title: "A list: the input frame of each output frame",
     suffixes: [".txt"],
     firstFrame: 0,
+    thins: false,
     item: "",
   },
 ];

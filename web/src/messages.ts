@@ -1,7 +1,7 @@
 // The messages between the page and its server. Made by tools/make_messages.py from src/retime/server/messages.py,
 // which tells what each of them means; a test compares. Times are seconds.
 
-export const VERSION = 11;
+export const VERSION = 12;
 
 /** The bits of Why.binding, the lowest first. */
 export const BINDINGS = ["key", "tangent", "hold", "lock", "flight", "even", "fastest", "slowest"] as const;
@@ -272,6 +272,7 @@ export interface ExportCurve {
   readonly path: string;
   readonly rate: string;
   readonly start: string;
+  readonly tolerance: string;
   readonly item: string;
   readonly overwrite: boolean;
 }

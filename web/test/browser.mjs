@@ -178,12 +178,20 @@ try {
   await field("What").selectOption({ label: "Retime curve for another program" });
   await field("Program").selectOption({ label: "Lottie, a precomposition with a time remap" });
   assert.equal(await field("First frame").isVisible(), false);
+  assert.equal(await field("Tolerance").isVisible(), true);
   assert.match(await field("Path").inputValue(), /_retime\.json$/);
   await field("Program").selectOption({ label: "Nuke, a TimeWarp node" });
+  assert.equal(await field("Tolerance").isVisible(), false);
   await field("Rate").fill("24");
   await field("First frame").fill("1001");
   await field("For").fill("Shot12");
   assert.match(await field("Path").inputValue(), /_retime\.nk$/);
+  // What was typed as a path stays, whatever is named after it.
+  await field("Path").fill("own.nk");
+  await field("For").fill("Shot13");
+  await field("For").press("Tab");
+  assert.equal(await field("Path").inputValue(), "own.nk");
+  await field("For").fill("Shot12");
   await shot("curve");
   const seen = await stumbles(editor);
   await field("Path").fill(curve);

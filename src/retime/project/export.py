@@ -13,6 +13,7 @@ from retime.formats.registry import animation_names, stays_in_place, write
 from retime.formats.warp_file import write_warp
 from retime.hosts.exporting import export_curve
 from retime.motion.channels import parse_channels
+from retime.motion.grammar import parse_number
 from retime.motion.rate import parse_rate
 from retime.motion.signal import Signal
 from retime.project.document import Document
@@ -91,7 +92,15 @@ def export_warp(solution: Solution, place: Path, *, overwrite: bool) -> None:
 
 
 def export_for_host(
-    solution: Solution, place: Path, host: str, *, rate: str, start: str, item: str, overwrite: bool
+    solution: Solution,
+    place: Path,
+    host: str,
+    *,
+    rate: str,
+    start: str,
+    tolerance: str,
+    item: str,
+    overwrite: bool,
 ) -> str:
     """Write the warp as the retime curve of another program, as `retime export` does.
 
@@ -106,6 +115,8 @@ def export_for_host(
     rate, start : str
         Frames a second and the first frame's number, as a person wrote them; empty: those of the first clip, and the
         program's custom.
+    tolerance : str
+        Seconds that the curve may be off to do with fewer keys, as a person wrote them; empty: 0.001.
     item : str
         What it is for.
     overwrite : bool
@@ -128,5 +139,18 @@ def export_for_host(
     first = int(start.strip()) if _WHOLE.fullmatch(start.strip()) else None
     if start.strip() and first is None:
         raise OptionError(f"expected the first frame's number, such as 1001, found {start[:40]!r}")
-    done = export_curve(solution.warp, place, host, rate=frames, start=first, item=item.strip(), overwrite=overwrite)
+    try:
+        allowed = parse_number(tolerance, unit="s") if tolerance.strip() else None
+    except OptionError as error:
+        raise OptionError(f"the tolerance: {error}") from None
+    done = export_curve(
+        solution.warp,
+        place,
+        host,
+        rate=frames,
+        start=first,
+        tolerance=allowed,
+        item=item.strip(),
+        overwrite=overwrite,
+    )
     return done.error_text

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from retime.brief import brief_repr
 from retime.project.document import Document
 
-VERSION = 11
+VERSION = 12
 """Of the messages. A page of another version is told so, and does nothing."""
 
 Float64s = Annotated[NDArray[np.float64], "<f8"]
@@ -181,6 +181,8 @@ class ExportCurve:
         Frames a second of the shot, as a person wrote it; empty: that of the first clip.
     start : str
         The number of the shot's first frame, as a person wrote it; empty: the program's custom.
+    tolerance : str
+        Seconds that it may be off to do with fewer keys, as a person wrote them; empty: 0.001.
     item : str
         What it is for; empty where nobody said.
     overwrite : bool
@@ -191,6 +193,7 @@ class ExportCurve:
     path: str
     rate: str
     start: str
+    tolerance: str
     item: str
     overwrite: bool
 

@@ -314,6 +314,7 @@ def _write_export(message: messages.Export | messages.ExportCurve, solution: Sol
             message.host,
             rate=message.rate,
             start=message.start,
+            tolerance=message.tolerance,
             item=message.item,
             overwrite=message.overwrite,
         )

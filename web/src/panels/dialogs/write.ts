@@ -24,12 +24,19 @@ export class WriteDialog {
   private readonly host = choice<string>("Program", "For which program, or in which form", () => this.suggest());
   private readonly rate = textField("Rate", "Frames a second of the shot; left empty, those of the clip", () => true);
   private readonly start = textField("First frame", "The number of the shot's first frame", () => true);
-  private readonly item = textField("For", "", () => this.suggest());
+  private readonly tolerance = textField(
+    "Tolerance",
+    "How many seconds the curve may be off to do with fewer keys",
+    () => true,
+  );
+  private readonly item = textField("For", "", () => this.suggest(true));
   private readonly path = textField("Path", "The name's ending says in which format", () => true);
   private readonly refusal = new Refusal();
   private readonly overwrite = check("Replace the file if it is there", "", (on) => (this.mayOverwrite = on));
   private mayOverwrite = false;
   private saving = true;
+  /** The path that was suggested last: another is someone's own. */
+  private suggested = "";
   /** Of all clips of a group: where they are to be written, and those places that may be. */
   private asked: readonly string[] = [];
   private readonly allowed = new Map<number, string>();
@@ -59,6 +66,7 @@ export class WriteDialog {
         this.size.row,
         this.rate.row,
         this.start.row,
+        this.tolerance.row,
         this.item.row,
         this.path.row,
         this.searching,
@@ -126,12 +134,13 @@ export class WriteDialog {
     else if (this.kind === "film") this.film?.begin(place, this.rate.input.value, this.filmSize, this.mayOverwrite);
     else if (this.kind !== "curve") this.connection.export(this.kind, place, this.which, this.mayOverwrite);
     else {
-      const { name, firstFrame, item } = this.chosen;
+      const { name, firstFrame, thins, item } = this.chosen;
       this.connection.exportCurve({
         host: name,
         path: place,
         rate: this.rate.input.value.trim(),
         start: firstFrame === null ? "" : this.start.input.value.trim(),
+        tolerance: thins ? this.tolerance.input.value.trim() : "",
         item: item === "" ? "" : this.item.input.value.trim(),
         overwrite: this.mayOverwrite,
       });
@@ -241,8 +250,8 @@ export class WriteDialog {
     for (const path of this.asked) this.connection.find(path, { writing: true });
   }
 
-  /** Suggest a path that says what is in it, beside the clip or the project. */
-  private suggest(): boolean {
+  /** Suggest a path that says what is in it, beside the clip or the project; one that someone wrote may `stay`. */
+  private suggest(stay = false): boolean {
     const { state, document, clips } = this.store;
     const which = this.saving ? 0 : this.which;
     const source = document?.clips[which]?.path ?? clips[which]?.name ?? "clip";
@@ -254,30 +263,32 @@ export class WriteDialog {
     this.rate.row.hidden = !curve && !film;
     this.size.row.hidden = !film;
     this.start.row.hidden = !curve || host.firstFrame === null;
+    this.tolerance.row.hidden = !curve || !host.thins;
     this.item.row.hidden = !curve || host.item === "";
     setAttribute(this.start.input, "placeholder", host.firstFrame === null ? null : String(host.firstFrame));
     setAttribute(this.item.input, "placeholder", host.item);
     setAttribute(this.item.input, "title", `What the curve is for: ${host.item}`);
     setAttribute(this.rate.input, "placeholder", "frames a second: as the clip");
+    setAttribute(this.tolerance.input, "placeholder", "0.001 s");
     // Of Maya: a scene, or a script for what is named.
     const named = host.item !== "" && this.item.input.value.trim() !== "";
     const suffix =
       (named && host.suffixes.length > 1 && host.name === "maya" ? host.suffixes[1] : null) ?? host.suffixes[0];
     const [, stem = source, ending = ""] = /^(.*?)(\.[^./\\]+)?$/u.exec(source) ?? [];
-    if (this.isAll) {
-      const [folder = ""] = /^.*[\\/]/u.exec(source) ?? [];
-      this.path.input.value = `${folder}*_retimed`;
-      return true;
+    const isOwn = this.path.input.value !== this.suggested;
+    const [folder = ""] = /^.*[\\/]/u.exec(source) ?? [];
+    if (this.isAll) this.suggested = `${folder}*_retimed`;
+    else if (this.saving) this.suggested = state?.path ?? `${stem}.retime`;
+    else {
+      this.suggested = {
+        motion: `${stem}_retimed${ending}`,
+        warp: `${stem}_warp.json`,
+        curve: `${stem}_retime${suffix}`,
+        picture: `${stem}_warp.svg`,
+        film: `${stem}_stage.mp4`,
+      }[this.kind];
     }
-    this.path.input.value = this.saving
-      ? (state?.path ?? `${stem}.retime`)
-      : {
-          motion: `${stem}_retimed${ending}`,
-          warp: `${stem}_warp.json`,
-          curve: `${stem}_retime${suffix}`,
-          picture: `${stem}_warp.svg`,
-          film: `${stem}_stage.mp4`,
-        }[this.kind];
+    if (!(stay && isOwn)) this.path.input.value = this.suggested;
     return true;
   }
 }
