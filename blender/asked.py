@@ -5,13 +5,14 @@ The panel speaks in frames of the scene; the search in seconds from the first fr
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from retime.brief import brief_repr
-from retime.errors import OptionError, RetimeWarning
+from retime.errors import InfeasibleWarpError, OptionError, RetimeWarning
 from retime.motion.any_motion import AnyMotion
 from retime.motion.grammar import parse_length, parse_speed, parse_speeds
 from retime.motion.rate import parse_rate
@@ -26,6 +27,14 @@ from retime.search.wishes.locks import Lock
 
 from .hand import HandTiming
 from .timing import Timing
+
+_NUMBER = r"(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?)"
+# Words after which a search names a moment, and then one or two of them.
+_MOMENT = re.compile(
+    rf"((?:input|output)(?: times?)?|of the input;|last frame at|runs from|the lock) {_NUMBER}(?: s)?"
+    rf"(?:(–| to | and ){_NUMBER})? s\b"
+)
+_TIME = re.compile(r" times?$")
 
 Way = Literal["RETIME", "PROPAGATE", "SYNCHRONISE"]
 
@@ -217,7 +226,7 @@ def fault_of(error: Exception, asked: Asked | None = None) -> Fault:
     asked : Asked, optional
         What it was raised for: a keytime is found by its output time.
     """
-    text = str(error)
+    text = str(error) if asked is None else in_frames(str(error), asked)
     name = getattr(error, "option", None) or ""
     item = getattr(error, "item", None)
     times = getattr(error, "output_times", None) or ()
@@ -226,4 +235,27 @@ def fault_of(error: Exception, asked: Asked | None = None) -> Fault:
         near = [i for i, time in enumerate(at) if any(abs(time - other) < 0.5 / asked.rate for other in times)]
         if near:
             return Fault(text, "keys", near[0])
+    if isinstance(error, InfeasibleWarpError) and not name:
+        # What does not fit has too long or too short a time.
+        name = "length"
     return Fault(text, str(name), -1 if item is None else int(item))
+
+
+def in_frames(text: str, asked: Asked) -> str:
+    """Say a search's moments, which are seconds from the first frame, as the frames that the panel speaks of.
+
+    How long something lasts stays in seconds.
+    """
+
+    def frame(seconds: str) -> str:
+        return f"{round(asked.start + float(seconds) * asked.rate, 1):g}"
+
+    def said(found: re.Match[str]) -> str:
+        words, first, between, second = found.groups()
+        words = _TIME.sub("", words)
+        place = "frame" if between is None or words == "runs from" else "frames"
+        rest = "" if between is None else f"{between}{frame(second)}"
+        return f"{words} {place} {frame(first)}{rest}".replace("last frame at frame", "last frame,")
+
+    text = _MOMENT.sub(said, text)
+    return text.replace("begins at time 0", f"begins at frame {asked.start:g}")

@@ -79,6 +79,8 @@ def test_a_group_has_one_timing():
         ({"keys": [(150, 140, ""), (170, 140, "")]}, ("keys", 0)),
         ({"locks": [(150, 160, ""), (180, 170, "")]}, ("locks", 1)),
         ({"locks": [(150, 160, "sometimes")]}, ("locks", 0)),
+        ({"given": {"length": "10%", "speed": "..2"}}, ("length", -1)),
+        ({"given": {"length": "10%"}, "locks": [(110, 280, "")]}, ("length", -1)),
     ],
 )
 def test_errors_name_the_field(given, fault):
@@ -87,7 +89,35 @@ def test_errors_name_the_field(given, fault):
         answer(one)
     found = fault_of(caught.value, one)
     assert (found.field, found.item) == fault
-    assert found.text == str(caught.value)
+    assert fault_of(caught.value).text == str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            {"keys": [(400, 140, "")]},
+            "the keytime at output frame 140 asks for input frame 400, but the input runs from frame 101 to 300",
+        ),
+        ({"keys": [(90, 80, "")]}, "a keytime stands at output frame 80; the output begins at frame 101"),
+        (
+            {"keys": [(150, 250, "")], "given": {"length": "50%"}},
+            "a keytime stands at output frame 250, beyond the output's last frame, 200",
+        ),
+        ({"locks": [(180, 170, "")]}, "a lock needs a span of the input; frames 180 to 170 is none"),
+        ({"locks": [(250, 400, "")]}, "the lock frames 250–400 at 1 leaves the clip, which runs from frame 101 to 300"),
+        (
+            {"given": {"length": "10%", "speed": "..2"}},
+            "cannot fit input frames 101–300 into 20f (0.800 s): the speed limits allow no less than 101f (4.040 s). "
+            "Use a length of at least 101f (4.040 s), or loosen the speed limits.",
+        ),
+    ],
+)
+def test_errors_speak_of_frames(given, said):
+    one = asked(**given)
+    with pytest.raises((OptionError, InfeasibleWarpError)) as caught:
+        answer(one)
+    assert fault_of(caught.value, one).text == said
 
 
 def test_an_error_of_no_field_stands_alone():
