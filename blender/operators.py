@@ -72,7 +72,9 @@ class _Searching:
     def _finish(self, context: Any) -> None:
         assert self._job is not None
         finish = self._job.preview if self.only_show else self._job.finish
-        show(context.scene.retime, finish(context.scene))
+        lines = finish(context.scene)
+        show(context.scene.retime, lines)
+        self.report({"INFO"}, lines[0])
 
     def _guarded(self, context: Any, make: Callable[[], Job] | None, then: Callable[[Any], Any]) -> Result:
         """Do the work; what it refuses is shown beside its field."""
@@ -88,7 +90,6 @@ class _Searching:
             return {"CANCELLED"}
         except (RetimeError, OSError) as error:
             return blame(self, settings, error, None if self._job is None else self._job.asked)
-        self.report({"INFO"}, settings.summary.partition("\n")[0])
         return {"FINISHED"}
 
     def invoke(self, context: Any, event: Any) -> Result:
@@ -117,10 +118,20 @@ class _Searching:
         if self._thread.is_alive():
             # Nothing may change under the search.
             return {"RUNNING_MODAL"}
+        self._tidy(context)
+        return self._guarded(context, None, self._finish)
+
+    def cancel(self, context: Any) -> None:
+        """End the search with the window; Blender calls this, when another file is opened too."""
+        assert self._job is not None
+        self._job.stop()
+        self._tidy(context)
+
+    def _tidy(self, context: Any) -> None:
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
-        return self._guarded(context, None, self._finish)
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
 
 
 class RETIME_OT_retime(_Searching, bpy.types.Operator):

@@ -7,6 +7,7 @@ import stat
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -409,6 +410,94 @@ def test_the_search_runs_beside_blender_and_stops(scene):
     assert 0 < job.share <= 1
     job.finish(scene)
     assert timing()[0][-1] == 450
+
+
+class Window:
+    """What a modal operator asks of Blender's window, written down."""
+
+    def __init__(self, context):
+        self.scene, self.objects_in_mode, self.mode = context.scene, [], "OBJECT"
+        self.selected_objects, self.object = list(context.selected_objects), context.object
+        self.window = self.window_manager = self.workspace = self
+        self.timers, self.told, self.handlers, self.shares = [], [], [], []
+
+    def event_timer_add(self, seconds, window):
+        self.timers.append(seconds)
+        return seconds
+
+    def event_timer_remove(self, timer):
+        self.timers.remove(timer)
+
+    def progress_begin(self, low, high):
+        self.shares = [low]
+
+    def progress_update(self, share):
+        self.shares.append(share)
+
+    def progress_end(self):
+        self.shares = []
+
+    def modal_handler_add(self, operator):
+        self.handlers.append(operator)
+
+    def status_text_set(self, text):
+        self.told.append(text)
+
+
+@pytest.fixture
+def pressed(scene, monkeypatch):
+    """Give a function that presses Retime in a window, on a walk that is long enough to be stopped."""
+    rig = walker(n_frames=400, step=2)
+    operators = module("operators")
+    monkeypatch.setattr(operators, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), data=bpy.data))
+
+    def press():
+        select(rig)
+        scene.retime.search_length = "75%"
+        operator = operators._Searching()
+        operator.report = lambda kinds, text: said.append(text)
+        window, said = Window(bpy.context), []
+        assert operator.invoke(window, None) == {"RUNNING_MODAL"}
+        return operator, window, said
+
+    return press
+
+
+def events(operator, window, kind="TIMER"):
+    """Send events until the operator is done."""
+    until = time.monotonic() + 60
+    while (result := operator.modal(window, SimpleNamespace(type=kind))) == {"RUNNING_MODAL"}:
+        assert time.monotonic() < until
+        time.sleep(0.005)
+    return result
+
+
+def test_with_a_window_the_search_tells_how_far_it_is(scene, pressed):
+    operator, window, said = pressed()
+    assert events(operator, window) == {"FINISHED"}
+    assert (window.timers, window.shares, window.told[-1]) == ([], [], None)
+    assert timing()[0][-1] == 300
+    assert said == [scene.retime.summary.split("\n")[0]]
+
+
+def test_esc_in_a_window_changes_nothing(scene, pressed):
+    operator, window, said = pressed()
+    action = bpy.context.object.animation_data.action
+    assert events(operator, window, "ESC") == {"CANCELLED"}
+    assert said == ["Stopped; nothing was changed"]
+    assert (window.timers, window.shares, window.told[-1]) == ([], [], None)
+    assert bpy.context.object.animation_data.action == action
+    assert scene.animation_data is None
+
+
+def test_a_window_that_is_closed_ends_the_search(scene, pressed):
+    operator, window, _ = pressed()
+    operator.cancel(window)
+    operator._thread.join(60)
+    assert not operator._thread.is_alive()
+    assert window.timers == []
+    with pytest.raises(module("job").Stopped):
+        operator._job.answered()
 
 
 def test_the_editor_gets_the_clip_and_gives_its_timing_back(scene, tmp_path):
