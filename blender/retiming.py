@@ -27,6 +27,7 @@ from .animated import (
     is_shared,
     keyed,
     keys_of,
+    line_of,
     own_copy,
     plays_once,
     strip_curve,
@@ -48,7 +49,7 @@ from .fcurve_keys import (
     stretched_curve,
     with_samples,
 )
-from .timing import Line, Timing
+from .timing import Timing
 
 Kind = Literal["KEYS", "NLA", "BAKE"]
 
@@ -317,12 +318,20 @@ def _baked(
     ends = np.zeros(0)
     if unit.strip is not None and not wanted.average:
         ends = np.array([timing.moved(unit.strip.frame_start), timing.moved(unit.strip.frame_end)])
-        ends = ends[(ends > frames[0]) & (ends < frames[-1]) & (ends != np.rint(ends))]
     results = []
     for name, keys in zip(names, exact, strict=True):
-        at = np.concatenate([frames, ends])
-        rows = np.concatenate([values[name], by_name[name](timing.warp(ends))[:, 0]])
-        made = with_samples(keys, np.sort(at), rows[np.argsort(at)])
+        # Nor is a curve to become longer than it was: there may be nothing beyond its ends.
+        low, high = max(frames[0], keys.times[0]), min(frames[-1], keys.times[-1])
+        if high <= low:
+            results.append(keys)
+            continue
+        inside = frames[(frames > low) & (frames < high)]
+        between = ends[(ends > low) & (ends < high)]
+        at = np.unique(np.concatenate([[low], inside, between, [high]]))
+        whole = np.isin(at, frames)
+        rows = by_name[name](timing.warp(at))[:, 0]
+        rows[whole] = values[name][np.isin(frames, at)]
+        made = with_samples(keys, at, rows)
         if name in discrete:
             made.interpolation[:] = CONSTANT
         results.append(made)
@@ -382,109 +391,147 @@ def _channels(prefix: str, name: str, parent: int, rest: FloatArray, holder: Thi
 
 def _move_strips(block: Thing, timing: Timing) -> None:
     """Have strips begin and end where the new timing has them; those that keep their keys follow by strip time."""
-    for strip in strips_of(block):
+    _place([_Place.of(strip, timing, by_time=not plays_once(strip)) for strip in strips_of(block)])
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where a strip comes to be, and what it plays there.
+
+    Attributes
+    ----------
+    strip : NlaStrip
+    start, end : float
+        In the scene's frames.
+    blends : (float, float)
+        Frames over which it comes in and goes out.
+    controls : dict of str to Keys
+        Its own curves, by their data paths: influence and strip time, which run in the scene's frames.
+    action : (float, float) or None
+        The first and the last frame of its action that it plays; None where these stay, or it has none.
+    scale : float
+        Frames of the scene for one of the action.
+    """
+
+    strip: Thing
+    start: float
+    end: float
+    blends: tuple[float, float]
+    controls: dict[str, Keys]
+    action: tuple[float, float] | None
+    scale: float
+
+    @classmethod
+    def of(cls, strip: Thing, timing: Timing, *, by_time: bool) -> _Place:
+        """Say where a strip comes to be; `by_time`: its keys stay, and its curve of strip time is retimed."""
         start, end = strip.frame_start, strip.frame_end
-        new_start, new_end = timing.moved(start), timing.moved(end)
-        if strip.type == "CLIP" and not plays_once(strip):
-            _by_strip_time(strip, timing)
-            continue
-        _retime_controls(strip, timing)
-        blends = _moved_blends(strip, timing)
-        if strip.type == "CLIP":
+        new = timing.moved(start), timing.moved(end)
+        blends = (
+            timing.moved(start + strip.blend_in) - new[0],
+            new[1] - timing.moved(end - strip.blend_out),
+        )
+        controls = {}
+        for curve in strip.fcurves:
+            if curve.data_path == "strip_time" or not len(curve.keyframe_points):
+                continue
+            keys = keys_of(curve)
+            segments, source = segments_of(keys, evaluate=evaluation(curve))
+            warp = timing.reaching(float(keys.times[0]), float(keys.times[-1]))
+            controls[curve.data_path] = retimed(
+                segments, source, warp, last_code=int(keys.interpolation[-1]), straight_on=keys.straight_on
+            )
+        action = None
+        if strip.type == "CLIP" and by_time:
+            segments, source = strip_curve(strip)
+            warp = timing.reaching(start, end)
+            controls["strip_time"] = retimed(segments, source, warp, last_code=LINEAR, straight_on=False)
+        elif strip.type == "CLIP":
             # The same line from the scene's frames to the action's, over another stretch.
-            line = Line(start, strip.action_frame_start, 1.0 / strip.scale)
-            first, last = float(line.inner(new_start)), float(line.inner(new_end))
-            scale = strip.scale
+            line = line_of(strip)
+            action = float(line.inner(new[0])), float(line.inner(new[1]))
+        return cls(strip, *new, blends, controls, action, strip.scale)
+
+
+def _place(places: Sequence[_Place]) -> None:
+    """Move strips to their places.
+
+    While one is moved Blender pushes its neighbours along, and blends them anew where they do so by themselves: each
+    kind of change is made to all before the next one.
+    """
+    for place in places:
+        strip = place.strip
+        if "strip_time" in place.controls:
+            strip.use_animated_time = True
+        if place.action is not None:
+            first, last = place.action
             strip.use_sync_length = False
             strip.action_frame_start, strip.action_frame_end = min(first, strip.action_frame_end - 1e-3), last
             strip.action_frame_start = first
-            strip.scale = scale
-        _place(strip, new_start, new_end)
-        strip.blend_in, strip.blend_out = blends
-
-
-def _place(strip: Thing, start: float, end: float) -> None:
-    """Set both ends of a strip, whichever must go first."""
-    if end > strip.frame_start_raw:
-        strip.frame_end_raw, strip.frame_start_raw = end, start
-    else:
-        strip.frame_start_raw, strip.frame_end_raw = start, end
-
-
-def _moved_blends(strip: Thing, timing: Timing) -> tuple[float, float]:
-    start, end = strip.frame_start, strip.frame_end
-    return (
-        timing.moved(start + strip.blend_in) - timing.moved(start),
-        timing.moved(end) - timing.moved(end - strip.blend_out),
-    )
-
-
-def _retime_controls(strip: Thing, timing: Timing) -> None:
-    """Retime the curves of a strip itself (influence), which run in the scene's frames."""
-    for curve in strip.fcurves:
-        if curve.data_path == "strip_time" or not len(curve.keyframe_points):
-            continue
-        keys = keys_of(curve)
-        segments, source = segments_of(keys, evaluate=evaluation(curve))
-        warp = timing.reaching(float(keys.times[0]), float(keys.times[-1]))
-        write_keys(
-            curve,
-            retimed(segments, source, warp, last_code=int(keys.interpolation[-1]), straight_on=keys.straight_on),
-        )
+            strip.scale = place.scale
+        for path, keys in place.controls.items():
+            write_keys(strip.fcurves.find(path), keys)
+    for place in places:
+        strip = place.strip
+        # Whichever end must go first.
+        if place.end > strip.frame_start_raw:
+            strip.frame_end_raw, strip.frame_start_raw = place.end, place.start
+        else:
+            strip.frame_start_raw, strip.frame_end_raw = place.start, place.end
+    for place in places:
+        place.strip.blend_in, place.strip.blend_out = 0.0, 0.0
+        place.strip.blend_in, place.strip.blend_out = place.blends
 
 
 def _by_strips(block: Thing, timing: Timing, reach: tuple[float, float], report: Report) -> None:
     """Leave the keys of a data-block, and have strips play them with the new timing."""
     animation = block.animation_data
-    strips = list(strips_of(block))
-    action, slot = animation.action, getattr(animation, "action_slot", None)
-    if action is not None:
+    if animation.action is not None:
+        alone = not animation.use_nla or not len(animation.nla_tracks)
         if not animation.use_nla:
             # Where strips were not played, the one that is to be must be the only one.
             for track in animation.nla_tracks:
                 track.mute = True
-            if strips:
+            if any(strips_of(block)):
                 report.notes.append(f"{block.name}: its NLA was switched off; it is on now, and its other tracks muted")
             animation.use_nla = True
-        strips.append(_pushed_down(animation, action, slot, reach))
-    for strip in strips:
-        if strip.type == "CLIP":
-            _by_strip_time(strip, timing)
-        else:
-            _place(strip, timing.moved(strip.frame_start), timing.moved(strip.frame_end))
+        _push_down(animation, reach, alone=alone)
+    _place([_Place.of(strip, timing, by_time=True) for strip in strips_of(block)])
 
 
-def _pushed_down(animation: Thing, action: Thing, slot: Thing, reach: tuple[float, float]) -> Thing:
-    """Make the active action a strip on a track of its own, on top, that plays what it played."""
+def _push_down(animation: Thing, reach: tuple[float, float], *, alone: bool) -> None:
+    """Make the active action a strip on a track of its own, on top, that plays what it played.
+
+    Where it was played `alone`, without an NLA, Blender did not look at how it was to be mixed.
+    """
+    action, slot = animation.action, getattr(animation, "action_slot", None)
+    low, high = reach[0], max(reach[1], reach[0] + 1.0)
+    if not alone:
+        first, last = _own_range(action, slot, (low, high))
+        # Beyond its own frames, it is held there or not at all.
+        low = low if animation.action_extrapolation == "HOLD" else first
+        high = high if animation.action_extrapolation != "NOTHING" else max(last, low + 1.0)
     track = animation.nla_tracks.new()
     track.name = "Retime"
-    first = int(np.floor(reach[0]))
-    strip = track.strips.new(action.name, first, action)
+    strip = track.strips.new(action.name, int(np.floor(low)), action)
     if slot is not None:
         strip.action_slot = slot
     strip.use_sync_length = False
-    low, high = reach[0], max(reach[1], reach[0] + 1.0)
     strip.action_frame_start, strip.action_frame_end = low, high
     strip.scale = strip.repeat = 1.0
-    _place(strip, low, high)
-    strip.extrapolation = animation.action_extrapolation
-    strip.blend_type = animation.action_blend_type
-    if animation.action_influence < 1.0:
-        strip.use_animated_influence = True
-        strip.influence = animation.action_influence
+    strip.frame_end_raw, strip.frame_start_raw = high, low
+    if not alone:
+        strip.extrapolation = animation.action_extrapolation
+        strip.blend_type = animation.action_blend_type
+        if animation.action_influence < 1.0:
+            strip.use_animated_influence = True
+            # Without a key it would be a curve that says nothing, which is taken for none.
+            strip.fcurves.find("influence").keyframe_points.insert(low, animation.action_influence)
     animation.action = None
-    return strip
 
 
-def _by_strip_time(strip: Thing, timing: Timing) -> None:
-    """Retime a strip by its curve of strip time; its keys stay."""
-    curve, source = strip_curve(strip)
-    start, end = strip.frame_start, strip.frame_end
-    blends = _moved_blends(strip, timing)
-    warp = timing.reaching(start, end)
-    keys = retimed(curve, source, warp, last_code=LINEAR, straight_on=False)
-    _retime_controls(strip, timing)
-    strip.use_animated_time = True
-    write_keys(strip.fcurves.find("strip_time"), keys)
-    _place(strip, timing.moved(start), timing.moved(end))
-    strip.blend_in, strip.blend_out = blends
+def _own_range(action: Thing, slot: Thing, reach: tuple[float, float]) -> tuple[float, float]:
+    """Return the first and the last frame of an action as Blender has them; curves with modifiers know no end."""
+    curves = [curve for curve in fcurves_of(action, slot) if keyed(curve)]
+    if not curves or any(len(curve.modifiers) for curve in curves):
+        return reach
+    return min(curve.range()[0] for curve in curves), max(curve.range()[1] for curve in curves)
