@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 import wave
 from dataclasses import replace
 from fractions import Fraction
@@ -12,6 +13,7 @@ import pytest
 
 from retime.errors import FormatError, OptionError, OutputExistsError, RetimeWarning
 from retime.media import apply, options
+from retime.media.description import describe_media
 from retime.warp.curve import Warp
 from tests.media import clips
 
@@ -274,9 +276,15 @@ def test_pictures_keep_their_colours_in_a_video(tmp_path, kind, suffix, form) ->
     source = next(tmp_path.glob("take.0.*"))
     read = next(clips.read_frames(source)[2].__iter__()).to_ndarray(format="rgb24")[32, 10::20]
     np.testing.assert_allclose(read.astype(int), colours.astype(int), atol=4)
-    apply.retime_media(tmp_path / f"take.%d{source.suffix}", tmp_path / f"o{suffix}", Warp([0, 0.2], [0, 0.2]), clip)
-    _, _, frames = clips.read_frames(tmp_path / f"o{suffix}")
+    place = tmp_path / f"o{suffix}"
+    with warnings.catch_warnings(record=True) as said:
+        apply.retime_media(tmp_path / f"take.%d{source.suffix}", place, Warp([0, 0.2], [0, 0.2]), clip)
+    _, _, frames = clips.read_frames(place)
     assert len(frames) == 6
+    # Of the depth, all that is lost is told, but what was asked for.
+    bits = frames[0].format.components[0].bits
+    expected = [f"{16 - bits} of 16 bits a sample"] if kind == "gray16be" and form is None and bits < 16 else []
+    assert [any(words in str(one.message) for one in said) for words in expected] == [True] * len(said)
     for frame in frames:
         found = frame.to_ndarray(format="rgb24")[32, 10::20]
         np.testing.assert_allclose(found.astype(int), colours.astype(int), atol=12)
@@ -499,7 +507,7 @@ def test_a_warp_is_found_from_animations(tmp_path) -> None:
 
 
 def test_channels_that_nobody_placed_are_placed_as_usual(tmp_path) -> None:
-    """A WAV of two channels, or of six, need not say where they are heard; MP4 must."""
+    """A WAV of two channels, or of six, need not say where they are heard; QuickTime must."""
     for n_channels, layout in ((2, "stereo"), (6, "5.1")):
         wav = tmp_path / f"{n_channels}.wav"
         tone = 0.3 * np.sin(2 * np.pi * 440 * np.arange(48_000) / 48_000).astype(np.float32)
@@ -509,10 +517,10 @@ def test_channels_that_nobody_placed_are_placed_as_usual(tmp_path) -> None:
             file.setsampwidth(2)
             file.setframerate(48_000)
             file.writeframes(samples.T.tobytes())
-        apply.retime_media(wav, tmp_path / "a.mp4", Warp([0, 1], [0, 1]), overwrite=True)
-        with av.open(str(tmp_path / "a.mp4")) as container:
+        apply.retime_media(wav, tmp_path / "a.mov", Warp([0, 1], [0, 1]), overwrite=True)
+        with av.open(str(tmp_path / "a.mov")) as container:
             assert container.streams.audio[0].layout.name == layout
-        found, _ = clips.read_sound(tmp_path / "a.mp4")
+        found, _ = clips.read_sound(tmp_path / "a.mov")
         sizes = np.abs(found[:, 10_000:20_000]).max(axis=1)
         np.testing.assert_allclose(sizes, 0.3 * np.arange(1, n_channels + 1) / n_channels, atol=0.02)
 
@@ -560,3 +568,57 @@ def test_a_codec_that_cannot_be_written_is_named(tmp_path) -> None:
     apply.retime_media(disc, tmp_path / "b.mpg", Warp([0, 1.2], [0, 0.6]))
     with av.open(str(tmp_path / "b.mpg")) as container:
         assert {stream.codec_context.name for stream in container.streams} <= {"mpeg2video", "mp2", "mp2float"}
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".mov", ".mkv", ".webm", ".gif", ".apng", ".webp"])
+def test_a_hold_at_the_end_of_a_variable_rate_is_as_long_as_it_should_be(tmp_path, suffix) -> None:
+    stamps = np.cumsum(np.random.default_rng(4).integers(20, 60, 40)).tolist()
+    # With B frames the last packet is not the last frame.
+    clip = clips.write_clip(
+        tmp_path / "a.mp4", 40, codec="libx264", stamps=stamps, base=Fraction(1, 1000), options={"bf": "3"}
+    )
+    apply.retime_media(clip, tmp_path / f"o{suffix}", Warp([0, 0.8, 3], [0, 0.8, 0.8]))
+    # And then a frame more, as long as the others in the mean.
+    assert 3 <= describe_media(tmp_path / f"o{suffix}")["streams"][0]["seconds"] < 3.2
+
+
+def test_stamps_that_were_rounded_to_milliseconds_are_even(tmp_path) -> None:
+    # As of a Matroska file that became an MP4.
+    stamps = [round(1000 * k / 29.97 / 1000 * 90_000 / 90) * 90 for k in range(60)]
+    clip = clips.write_clip(
+        tmp_path / "a.mp4", 60, codec="libx264", rate=Fraction(30_000, 1001), stamps=stamps, base=Fraction(1, 90_000)
+    )
+    apply.retime_media(clip, tmp_path / "o.mp4", Warp([0, 1], [0, 1.5]), options.MediaOptions(frames="nearest"))
+    numbers, times, _ = clips.read_frames(tmp_path / "o.mp4")
+    assert np.diff([float(time) for time in times]) == pytest.approx(1001 / 30_000, abs=1e-4)
+    assert np.abs(np.array(numbers) - 1.5 * np.arange(len(numbers))).max() <= 0.51
+
+
+def test_the_usual_stream_and_the_comment_stay_so_and_chapters_are_no_stream_that_is_left_out(tmp_path) -> None:
+    path = tmp_path / "a.mp4"
+    clips.write_clip(tmp_path / "v.mkv", 60, codec="libx264", samples=clips.sound(2.0), sound_codec="aac")
+    with av.open(str(tmp_path / "v.mkv")) as source, av.open(str(path), "w") as output:
+        video = output.add_stream_from_template(source.streams.video[0])
+        sounds = [output.add_stream_from_template(source.streams.audio[0]) for _ in range(2)]
+        sounds[1].disposition = av.stream.Disposition.comment
+        output.set_chapters(
+            [
+                {"id": k, "start": k, "end": k + 1, "time_base": Fraction(1), "metadata": {"title": f"part {k}"}}
+                for k in range(2)
+            ]
+        )
+        for packet in source.demux():
+            if packet.size:
+                for stream in [video] if packet.stream.type == "video" else sounds:
+                    copy = av.Packet(bytes(packet))
+                    copy.pts, copy.dts, copy.time_base, copy.stream = packet.pts, packet.dts, packet.time_base, stream
+                    copy.is_keyframe = packet.is_keyframe
+                    output.mux(copy)
+    # Nothing is warned of: warnings are errors here.
+    apply.retime_media(path, tmp_path / "o.mp4", Warp([0, 1], [0, 1.9]))
+    with av.open(str(tmp_path / "o.mp4")) as container:
+        assert [stream.disposition & av.stream.Disposition.comment for stream in container.streams.audio] == [
+            0,
+            av.stream.Disposition.comment,
+        ]
+        assert len(container.chapters()) == 2

@@ -133,7 +133,7 @@ def _lock_up(spare: int) -> None:
 
 def _load_everything() -> None:
     """Import what will be used, while files can still be opened."""
-    from retime.media import encoding, mixing, reader, sound_reader, work  # noqa: F401
+    from retime.media import encoding, losses, mixing, reader, sound_reader, work  # noqa: F401
     from retime.media.extras import needed
 
     # First that which reads no file of its own: its threads start with it.

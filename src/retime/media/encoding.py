@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,13 @@ _HOLDS = {
     "vob": {"mpeg1video", "mpeg2video", "mp2", "mp3", "ac3"},
     # No place for how much an encoder adds before the first sample, so that compressed sound would be late.
     "avi": {"h264", "mpeg4", "mpeg2video", "mjpeg", "ffv1", "rawvideo", "huffyuv", "pcm_s16le", "pcm_u8"},
+    "mxf": {"mpeg2video", "prores", "dnxhd", "pcm_s16le", "pcm_s24le"},
+    # What programs expect in there: plain samples.
+    "wav": {"pcm_u8", "pcm_s16le", "pcm_s24le", "pcm_s32le", "pcm_f32le", "pcm_f64le", "pcm_alaw", "pcm_mulaw"},
+    "aiff": {"pcm_s8", "pcm_s16be", "pcm_s24be", "pcm_s32be", "pcm_f32be", "pcm_f64be"},
 }
+# And what few players find in there, though the format may hold it.
+_UNUSUAL = {"mp4": {"pcm_s16le", "pcm_s16be", "pcm_s24le", "pcm_s24be", "pcm_s32le", "pcm_f32le", "pcm_f64le"}}
 # Encoders that have a number for their quality, and what it is called.
 _CRF = {"libx264": "crf", "libx265": "crf", "libvpx-vp9": "crf", "libvpx": "crf", "libsvtav1": "crf"}
 _MOST_CRF = {"libx264": 51, "libx265": 51}
@@ -61,6 +68,24 @@ _WITHOUT_RATE = {
     "gif",
     "apng",
     "dnxhd",
+}
+# Kinds of codecs, by FFmpeg's names of the input's.
+_PROFILES = {
+    "prores_ks": {"Proxy": "proxy", "LT": "lt", "Standard": "standard", "HQ": "hq", "4444": "4444", "XQ": "4444xq"},
+    "dnxhd": {
+        "DNXHR LB": "dnxhr_lb",
+        "DNXHR SQ": "dnxhr_sq",
+        "DNXHR HQ": "dnxhr_hq",
+        "DNXHR HQX": "dnxhr_hqx",
+        "DNXHR 444": "dnxhr_444",
+    },
+}
+_DNXHR_FORMATS = {
+    "dnxhr_lb": ("yuv422p",),
+    "dnxhr_sq": ("yuv422p",),
+    "dnxhr_hq": ("yuv422p",),
+    "dnxhr_hqx": ("yuv422p10le",),
+    "dnxhr_444": ("yuv444p10le", "gbrp10le"),
 }
 # Encoders list these formats, and then refuse them.
 _REFUSED = {
@@ -104,7 +129,9 @@ def encoder_for(kind: str, codec: str | None, container: Any, told: str | None, 
     """
     av = needed("av")
     name = container.format.name
-    holds = _HOLDS.get(name, container.supported_codecs)
+    holds = set(_HOLDS.get(name, container.supported_codecs))
+    if told is None:
+        holds -= _UNUSUAL.get(name, set())
     if told is not None:
         encoder = _ENCODERS.get(told, told)
         try:
@@ -123,7 +150,7 @@ def encoder_for(kind: str, codec: str | None, container: Any, told: str | None, 
         usual = "opus" if kind == "audio" else "vp9"
     elif name == "avi" and kind == "audio":
         usual = "pcm_s16le"
-    elif name == "mpegts":
+    elif name in ("mpegts", "3gp"):
         usual = "aac" if kind == "audio" else "h264"
     if not usual or usual == "none":
         raise FormatError(f"a {place.suffix} file holds no {kind}", path=place)
@@ -142,9 +169,14 @@ def is_grey(form: Any) -> bool:
     return not form.has_palette and len([1 for one in form.components if not one.is_alpha]) == 1
 
 
+def is_rgb(form: Any) -> bool:
+    """Say whether a pixel format holds red, green and blue, as they are or in a palette."""
+    return bool(form.is_rgb or form.has_palette)
+
+
 def range_of(frame: Any) -> int:
     """Return a frame's range as FFmpeg numbers it: 2 (full), or 1 (narrow), which is meant where nothing is told."""
-    if frame.format.is_rgb or frame.format.has_palette or frame.format.name in _FULL_RANGE:
+    if is_rgb(frame.format) or frame.format.name in _FULL_RANGE:
         return 2
     return int(frame.color_range) or 1
 
@@ -206,6 +238,8 @@ def add_video(
     container: Any,
     source: Any,
     frame: Any,
+    beside: Any,
+    aspect: Fraction | None,
     rate: Fraction,
     base: Fraction,
     bytes_a_second: float | None,
@@ -221,7 +255,12 @@ def add_video(
     source : VideoStream, optional
         Of the input.
     frame : VideoFrame
-        The first that will be shown, as it was decoded.
+        The first that will be shown.
+    beside : VideoFrame
+        The same as it was decoded, with what lies beside its picture: light and, where it stays as it lies, how it is
+        to be turned.
+    aspect : Fraction, optional
+        Width of a pixel, over its height.
     rate, base : Fraction
         Frames a second, and seconds a tick of their stamps.
     bytes_a_second : float, optional
@@ -245,7 +284,13 @@ def add_video(
     made.width, made.height, made.pix_fmt = frame.width, frame.height, form
     made.thread_count = 0
     set_quality(made, stream, encoder, bytes_a_second, options, wanted)
-    copy_looks(context, source, frame, made, stream, encoder, wanted)
+    if encoder in _PROFILES:
+        set_profile(encoder, "" if context is None or context.profile is None else context.profile, form, wanted)
+    copy_looks(context, frame, beside, made, stream, encoder, wanted)
+    if aspect is not None:
+        made.sample_aspect_ratio = aspect
+    if source is not None:
+        keep_names(source, stream)
     made.options = {**made.options, **wanted}
     return stream
 
@@ -281,10 +326,32 @@ def set_quality(
         made.qmin = made.qmax = 2 if options.quality is None else max(1, min(31, options.quality // 2))
 
 
+def set_profile(encoder: str, source: str, form: str, wanted: dict[str, str]) -> None:
+    """Choose among the kinds of a codec that editing programs use: the input's, or the best for the pixel format."""
+    av = needed("av")
+    known = _PROFILES[encoder].get(source)
+    if known is not None and (encoder != "dnxhd" or form in _DNXHR_FORMATS[known]):
+        wanted["profile"] = known
+    elif encoder == "dnxhd":
+        # Other kinds of it are for some sizes and rates alone.
+        wanted["profile"] = next(
+            (name for name, takes in reversed(_DNXHR_FORMATS.items()) if form in takes), "dnxhr_hq"
+        )
+    if encoder == "prores_ks" and any(one.is_alpha for one in av.VideoFormat(form, 16, 16).components):
+        # Of the two kinds with alpha none is smaller than this.
+        wanted["profile"] = wanted.get("profile", "4444") if wanted.get("profile") == "4444xq" else "4444"
+
+
+def keep_names(source: Any, stream: Any) -> None:
+    """Give a stream what the input's says of its part: language, title, whether it is the usual one or a comment."""
+    stream.metadata.update({key: value for key, value in source.metadata.items() if key in ("language", "title")})
+    stream.disposition = source.disposition
+
+
 def copy_looks(
-    context: Any, source: Any, frame: Any, made: Any, stream: Any, encoder: str, wanted: dict[str, str]
+    context: Any, frame: Any, beside: Any, made: Any, stream: Any, encoder: str, wanted: dict[str, str]
 ) -> None:
-    """Say what the samples mean, as the input says it: range, matrix, primaries, curve, light, shape, rotation."""
+    """Say what the samples mean, as the input says it: range, matrix, primaries, curve, light, rotation."""
     for name in ("color_range", "color_primaries", "color_trc", "colorspace"):
         said = getattr(frame, name)
         # 2 is "not said"; of the range 0 is.
@@ -302,20 +369,31 @@ def copy_looks(
         made.colorspace, made.color_range = 6, 2 if made.pix_fmt in _FULL_RANGE else 1
     elif encoder in _NO_RANGE:
         made.color_range = 1
-    if context is not None and context.sample_aspect_ratio:
-        made.sample_aspect_ratio = context.sample_aspect_ratio
-    if source is not None:
-        stream.metadata.update({key: value for key, value in source.metadata.items() if key in ("language", "title")})
     matrix = side_data(frame, "DISPLAYMATRIX")
     if matrix is not None:
         stream.set_display_matrix([int(number) for number in np.frombuffer(matrix, np.int32)[:9]])
-    light = light_parameters(frame)
+    light = light_parameters(beside)
     if light and encoder == "libx265":
         wanted["x265-params"] = ":".join([wanted["x265-params"], "hdr10=1", *light])
     elif light and encoder == "libx264":
         wanted["x264-params"] = ":".join(
             one.replace("master-display", "mastering-display").replace("max-cll", "cll") for one in light
         )
+    elif light and encoder == "libsvtav1":
+        wanted["svtav1-params"] = ":".join(
+            _in_parts(one).replace("master-display", "mastering-display").replace("max-cll", "content-light")
+            for one in light
+        )
+
+
+def _in_parts(light: str) -> str:
+    """Write places of colours and of light as SVT-AV1 reads them: as parts of 1, and in candelas."""
+
+    def written(match: re.Match[str]) -> str:
+        unit = 10_000 if match[1] == "L" else 50_000
+        return f"{match[1]}({int(match[2]) / unit:g},{int(match[3]) / unit:g})"
+
+    return re.sub(r"(G|B|R|WP|L)\((\d+),(\d+)\)", written, light)
 
 
 def side_data(frame: Any, name: str) -> bytes | None:

@@ -265,7 +265,9 @@ def frame_times(stamps: IntArray, base: Fraction, said: Fraction, rate: Fraction
     measured = (n - 1) / span
     for candidate in (said, rate_from_step(1 / measured, base / (n - 1) + Fraction(1, 10**12)), measured):
         off = (stamps - stamps[0]) * float(base) - np.arange(n) / float(candidate)
-        # Half a tick each way, for stamps that are rounded, and as much for those that are cut.
-        if np.abs(off).max() <= float(base) * 1.01 + 1e-9:
+        # Half a tick each way, for stamps that are rounded, and as much for those that are cut; or of milliseconds,
+        # which Matroska counts in, and which stay when a file becomes an MP4.
+        tick = max(float(base), min(1e-3, 0.25 / float(candidate)))
+        if np.abs(off).max() <= tick * 1.01 + 1e-9:
             return FrameTimes(stamps, base, Fraction(candidate), True)
     return FrameTimes(stamps, base, usual_rate(float(measured)), False)

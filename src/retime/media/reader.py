@@ -21,6 +21,8 @@ from retime.media.times import FrameTimes
 # Of decoded frames that are kept: enough for a group of pictures of HD played backward in a few rounds.
 _KEPT_BYTES = 96 << 20
 _LEAST_KEPT = 6
+# So many frames before the first that can be decoded are shown as that one: some seconds, as between two key frames.
+_NEAR_AFTER = 600
 _READ_OVER = 8
 _WITH_ALPHA = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
 
@@ -65,6 +67,16 @@ class _Kept:
 def bytes_of(picture: Any) -> int:
     """Return the bytes of a frame of PyAV."""
     return sum(plane.buffer_size for plane in picture.planes)
+
+
+def decoder_of(stream: Any) -> Callable[[Any], list[Any]]:
+    """Return what decodes packets; of WebM with alpha, which FFmpeg's own decoders leave out, that of libvpx."""
+    name = _WITH_ALPHA.get(stream.codec_context.codec.canonical_name)
+    if name is None or stream.metadata.get("alpha_mode") != "1":
+        return lambda packet: list(packet.decode())
+    context = needed("av").CodecContext.create(name, "r")
+    context.thread_count = 0
+    return lambda packet: list(context.decode(packet if packet.size else None))
 
 
 class VideoReader:
@@ -136,6 +148,9 @@ class VideoReader:
     def close(self) -> None:
         """Close the file."""
         if self._container is not None:
+            # The decoder's threads may be at work, and what they say of damage waits for Python, which would wait for
+            # them to end: a deadlock. This lets them come to rest while Python goes on.
+            self._container.streams[self._index].codec_context.flush_buffers()
             self._container.close()
             self._container = None
 
@@ -182,22 +197,12 @@ class VideoReader:
         self._container = open_media(self._shared, self._path)
         self._container.streams[self._index].thread_type = "AUTO"
 
-    def _decoder(self) -> Callable[[Any], list[Any]]:
-        """Return what decodes packets; of WebM with alpha, which FFmpeg's own decoders leave out, that of libvpx."""
-        stream = self._container.streams[self._index]
-        name = _WITH_ALPHA.get(stream.codec_context.codec.canonical_name)
-        if name is None or stream.metadata.get("alpha_mode") != "1":
-            return lambda packet: list(packet.decode())
-        context = needed("av").CodecContext.create(name, "r")
-        context.thread_count = 0
-        return lambda packet: list(context.decode(packet if packet.size else None))
-
     def _decoded(self) -> Iterator[tuple[int, Any]]:
         """Decode on; frames with their numbers."""
         av = needed("av")
         number = -1
         packets = self._container.demux(self._container.streams[self._index])
-        decode = self._decoder()
+        decode = decoder_of(self._container.streams[self._index])
         while True:
             try:
                 packet = next(packets, None)
@@ -251,7 +256,9 @@ class VideoReader:
             return
         self.missing.add(frame)
         if before is None:
-            near = next((other for other in range(frame - 1, max(-1, frame - 64), -1) if other in self._kept), None)
+            # What begins in the middle of something shows nothing before its first whole frame.
+            around = itertools.chain(range(frame - 1, max(-1, frame - 64), -1), range(frame + 1, frame + _NEAR_AFTER))
+            near = next((other for other in around if other in self._kept), None)
             if near is None:
                 raise FormatError(f"frame {frame} of the video can't be decoded, nor any near it", path=self._path)
             before = self._kept.get(near)

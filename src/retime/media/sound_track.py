@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from retime.media.encoding import encoder_for
+from retime.media.encoding import encoder_for, keep_names
 from retime.media.extras import needed
 from retime.media.job import Job, Report
 from retime.media.sound import Samples, retimed_sound, sound_length
 from retime.media.sound_reader import SoundReader
 from retime.media.tracks import Ahead, Track, say_other_codec
+
+# Bits a second of a channel whose samples were plain before, so that hardly anything of them is lost.
+_OF_PLAIN = {"aac": 96_000, "libopus": 80_000, "libmp3lame": 128_000}
 
 
 def sound_track(job: Job, output: Any, source: Any, sound: SoundReader, tail: float, report: Report) -> Track:
@@ -31,7 +34,9 @@ def sound_track(job: Job, output: Any, source: Any, sound: SoundReader, tail: fl
     made.format = form if form in formats else (formats[0] if formats else form)
     if source.codec_context.bit_rate and not codec.startswith("pcm"):
         made.bit_rate = max(6000, min(int(source.codec_context.bit_rate), 512_000))
-    stream.metadata.update({key: value for key, value in source.metadata.items() if key in ("language", "title")})
+    elif encoder in _OF_PLAIN:
+        made.bit_rate = min(_OF_PLAIN[encoder] * sound.n_channels, 512_000)
+    keep_names(source, stream)
     offset = round(job.options.offset * sound.rate)
     blocks = retimed_sound(
         lambda first, count: sound.read(first - offset, count),

@@ -38,6 +38,7 @@ class Streams(NamedTuple):
 def streams_of(container: Any) -> Streams:
     """Part the streams of a container of PyAV by their kind."""
     found = Streams([], [], [], [], [])
+    chapters = len(container.chapters())
     for stream in container.streams:
         if stream.type == "video":
             cover = "attached_pic" in str(stream.disposition) or "timed_thumbnails" in str(stream.disposition)
@@ -46,7 +47,8 @@ def streams_of(container: Any) -> Streams:
             found.sounds.append(stream.index)
         elif stream.type == "subtitle":
             found.texts.append(stream.index)
-        else:
+        elif not (chapters and stream.name == "bin_data" and stream.frames == chapters):
+            # MP4 and MOV have the chapters' names as a stream too; it is made anew with them.
             found.others.append(stream.index)
     return found
 

@@ -224,7 +224,11 @@ def _fine_base(frames: FrameTimes) -> Fraction:
 
 
 def _visits(frames: FrameTimes, warp: Warp, offset: float) -> tuple[FloatArray, float]:
-    """Return the output times at which the warp comes to an input frame, and how close together frames may be."""
+    """Return the output times at which the warp comes to an input frame, and how close together frames may be.
+
+    Its own ends are among them: of a hold at the end nothing else would say how long it is, for many formats know no
+    more of a frame's length than when the next one begins.
+    """
     seconds = frames.seconds + offset
     found = [np.array([warp.output_start])]
     for t0, t1, w0, w1 in zip(
@@ -239,6 +243,7 @@ def _visits(frames: FrameTimes, warp: Warp, offset: float) -> tuple[FloatArray, 
         found.append(moments if w1 > w0 else moments[::-1])
         if sum(map(len, found)) > MOST_FRAMES:
             raise OptionError(f"the output has more than {MOST_FRAMES} frames. Is it the warp of another clip?")
+    found.append(np.array([warp.output_end]))
     gaps = np.diff(seconds)
     moments = np.concatenate(found)
     # Where pieces meet both have the frame that is shown there.

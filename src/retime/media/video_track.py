@@ -10,14 +10,16 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from retime.errors import FormatError
-from retime.media.encoding import add_video, encoder_for_pictures, pixel_format_for, range_of, set_quality
+from retime.media.encoding import add_video, encoder_for_pictures, is_rgb, pixel_format_for, range_of, set_quality
 from retime.media.extras import needed
 from retime.media.job import Job, Report
 from retime.media.kinds import numbered
+from retime.media.losses import Looks, looks_of
 from retime.media.mixing import average, between, copy_colours, working_format
 from retime.media.reader import FrameReader
 from retime.media.times import FramePlan
 from retime.media.tracks import Ahead, Track, say_other_codec
+from retime.media.upright import SAY_TURNS, upright
 
 
 def frames_of(plan: FramePlan, reader: FrameReader, working: str, size: tuple[int, int]) -> Iterator[tuple[int, Any]]:
@@ -68,25 +70,43 @@ class Picture:
     bytes_a_second: float | None
 
 
-def video_track(job: Job, output: Any, picture: Picture, plan: FramePlan, report: Report) -> Track:
-    """Add a stream for frames, and what makes them."""
-    first = picture.reader.get(round(float(plan.places[0])))
-    working = working_format(first.format.name)
-    size = (first.width, first.height)
+def video_track(job: Job, output: Any, picture: Picture, plan: FramePlan, report: Report) -> tuple[Track, Looks]:
+    """Add a stream for frames, and what makes them; and how it should look."""
+    number = round(float(plan.places[0]))
     # What lies beside a frame (rotation, light) is the decoder's.
+    beside = picture.reader.get(number)
+    looks = looks_of(picture.stream, beside)
+    reader, turn = picture.reader, None
+    if output.format.name not in SAY_TURNS:
+        reader, turn = upright(reader, beside)
+    if turn is not None:
+        looks = looks._replace(turned=False, aspect=1 / looks.aspect if turn[0] else looks.aspect)
+    first = reader.get(number)
+    # Where nobody says it, the shape of pixels is left unsaid too.
+    aspect = looks.aspect if picture.stream is not None and picture.stream.sample_aspect_ratio else None
     stream = add_video(
-        output, picture.stream, first, plan.rate, plan.base, picture.bytes_a_second, job.options, job.place
+        output,
+        picture.stream,
+        first,
+        beside,
+        aspect,
+        plan.rate,
+        plan.base,
+        picture.bytes_a_second,
+        job.options,
+        job.place,
     )
     say_other_codec(job, report, picture.stream, stream)
     form = stream.codec_context.pix_fmt
-    steps = Ahead(frames_of(plan, picture.reader, working, size))
-    return Track(stream, _encoded_frames(stream, steps, plan, form))
+    steps = Ahead(frames_of(plan, reader, working_format(first.format.name), (first.width, first.height)))
+    return Track(stream, _encoded_frames(stream, steps, plan, form)), looks
 
 
 def _encoded_frames(stream: Any, steps: Iterable[tuple[int, Any]], plan: FramePlan, form: str) -> Iterator[Any]:
     """Encode frames; the packets, with the time that is reached."""
     palette = _Palette() if form == "pal8" else None
     ends = np.append(plan.stamps[1:], plan.end)
+    lengths = dict(zip(plan.stamps.tolist(), (ends - plan.stamps).tolist(), strict=True))
     wanted = int(stream.codec_context.color_range) or 1
     for (stamp, picture), end in zip(steps, ends.tolist(), strict=True):
         shown = picture
@@ -96,8 +116,17 @@ def _encoded_frames(stream: Any, steps: Iterable[tuple[int, Any]], plan: FramePl
             shown = picture.reformat(format=form, src_color_range=range_of(picture), dst_color_range=wanted)
         # The encoder decides on kinds of frames by itself, and keeps a reference of its own.
         shown.pict_type, shown.pts, shown.time_base, shown.duration = 0, stamp, plan.base, end - stamp
-        yield float(end * plan.base), stream.encode(shown)
-    yield float(plan.end * plan.base), stream.encode(None)
+        yield float(end * plan.base), _lasting(stream.encode(shown), lengths, plan.base)
+    yield float(plan.end * plan.base), _lasting(stream.encode(None), lengths, plan.base)
+
+
+def _lasting(packets: list[Any], lengths: dict[int, int], base: Fraction) -> list[Any]:
+    """Say in packets how long their frames are shown: encoders guess it, and the last one may be held for long."""
+    for packet in packets:
+        length = None if packet.pts is None else lengths.get(round(packet.pts * packet.time_base / base))
+        if length is not None:
+            packet.duration = round(length * base / packet.time_base)
+    return packets
 
 
 class _Palette:
@@ -139,19 +168,25 @@ def write_pictures(
     """Write pictures one after the other into a file, and tell how long each is: who has asked parts them."""
     av = needed("av")
     encoder = encoder_for_pictures(job.place)
-    first = picture.reader.get(round(float(plan.places[0])))
+    number = round(float(plan.places[0]))
+    reader, _ = upright(picture.reader, picture.reader.get(number))
+    first = reader.get(number)
     working = working_format(first.format.name)
     form = pixel_format_for(encoder, working, job.options.pixel_format)
-    for number, (_, shown) in enumerate(Ahead(frames_of(plan, picture.reader, working, (first.width, first.height)))):
+    has_full_range = is_rgb(av.VideoFormat(form, 16, 16)) or (encoder == "mjpeg" and not form.startswith("yuvj"))
+    for number, (_, shown) in enumerate(Ahead(frames_of(plan, reader, working, (first.width, first.height)))):
         context = av.CodecContext.create(encoder, "w")
         context.width, context.height, context.pix_fmt = first.width, first.height, form
         context.time_base = Fraction(1, 25)
         wanted: dict[str, str] = {}
         set_quality(context, None, encoder, None, job.options, wanted)
-        if encoder == "mjpeg" and not form.startswith("yuvj"):
+        if has_full_range:
             context.color_range = 2
         context.options = wanted
         one = shown if shown.format.name == form else shown.reformat(format=form)
+        if is_rgb(one.format):
+            # PNG says it in words of video (cICP).
+            one.color_range = 2
         one.pict_type, one.pts, one.time_base = 0, 0, Fraction(1, 25)
         data = b"".join(bytes(packet) for packet in (*context.encode(one), *context.encode(None)))
         if not data:

@@ -11,6 +11,7 @@ from retime.media.encoding import CONTAINERS
 from retime.media.extras import needed
 from retime.media.job import Job, Report
 from retime.media.kinds import find_sequence, is_sequence, is_sound
+from retime.media.losses import Looks, say_losses
 from retime.media.opening import OutputAgain, SharedFile, open_media
 from retime.media.reader import FrameReader, VideoReader
 from retime.media.sound_reader import SoundReader
@@ -114,10 +115,12 @@ def _write(
         raise OptionError(f"{place} holds sound, and there is none to write")
     name = CONTAINERS[place.suffix.lower()]
     again = OutputAgain(target)
-    with av.open(target, "w", format=name, options=_container_options(name), io_open=lambda *_: again.view()) as output:
+    with av.open(
+        target, "w", format=name, options=_container_options(name, plans), io_open=lambda *_: again.view()
+    ) as output:
         if container is not None:
             output.metadata.update({key: value for key, value in container.metadata.items() if key in KEPT_METADATA})
-        tracks = _tracks(job, output, list(zip(pictures, plans, strict=True)), sounds, report)
+        tracks, looks = _tracks(job, output, list(zip(pictures, plans, strict=True)), sounds, report)
         texts = add_copied_streams(job, output, container, copied, report) if container is not None else {}
         if container is not None:
             write_chapters(job, output, container)
@@ -126,6 +129,7 @@ def _write(
             assert shared is not None
             copy_packets(job, output, shared, texts, origin or Fraction(0))
         run_tracks(tracks, output, report)
+    say_losses(job, looks, target, report)
     for picture in pictures:
         _warn_of_frames(job, picture, report)
 
@@ -136,19 +140,28 @@ def _tracks(
     pictures: list[tuple[Picture, FramePlan]],
     sounds: list[tuple[Any, SoundReader]],
     report: Report,
-) -> list[Track]:
-    """Add the output's streams of frames and of sound: as many of the input's as its format holds."""
+) -> tuple[list[Track], list[Looks]]:
+    """Add the output's streams of frames and of sound: as many of the input's as its format holds.
+
+    Returns
+    -------
+    (list of Track, list of Looks)
+        And how those of frames should look.
+    """
     name, only_sound = CONTAINERS[job.place.suffix.lower()], is_sound(job.place)
     tracks: list[Track] = []
+    looks: list[Looks] = []
     if not only_sound:
         for picture, plan in pictures[:1] if name in _PICTURES_ALONE else pictures:
-            tracks.append(video_track(job, output, picture, plan, report))
+            track, look = video_track(job, output, picture, plan, report)
+            tracks.append(track)
+            looks.append(look)
     if name in _PICTURES_ALONE:
-        return tracks
+        return tracks, looks
     tail = _seconds_after(job, pictures[0][1]) if pictures else 0.0
     for stream, sound in sounds[:1] if only_sound and name in _ONE_SOUND else sounds:
         tracks.append(sound_track(job, output, stream, sound, tail, report))
-    return tracks
+    return tracks, looks
 
 
 def _seconds_after(job: Job, plan: FramePlan) -> float:
@@ -172,7 +185,7 @@ def _warn_of_frames(job: Job, picture: Picture, report: Report) -> None:
     if missing:
         report.warn(
             f"{job.path}: {len(missing)} of {len(picture.reader.times.stamps)} frames can't be decoded (the first "
-            f"is {min(missing)}); those before them stand for them"
+            f"is {min(missing)}); those next to them stand for them"
         )
 
 
@@ -193,9 +206,11 @@ def _compare_ranges(job: Job, frames: FrameReader | None, sound: SoundReader | N
         report.warn(problem)
 
 
-def _container_options(name: str) -> dict[str, str]:
+def _container_options(name: str, plans: list[FramePlan]) -> dict[str, str]:
     if name in ("mp4", "mov", "ipod", "3gp"):
         return {"movflags": "+faststart"}
-    if name in _PICTURES_ALONE:
-        return {"loop": "0"} if name != "apng" else {"plays": "0"}
-    return {}
+    if name == "apng":
+        # Left out, the last frame would be shown for as long as the one before it.
+        last = (plans[0].end - int(plans[0].stamps[-1])) * plans[0].base
+        return {"plays": "0", "final_delay": str(last.limit_denominator(10_000))}
+    return {"loop": "0"} if name in _PICTURES_ALONE else {}
