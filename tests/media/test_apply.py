@@ -278,6 +278,7 @@ def test_pictures_keep_their_colours_in_a_video(tmp_path, kind, suffix, form) ->
     np.testing.assert_allclose(read.astype(int), colours.astype(int), atol=4)
     place = tmp_path / f"o{suffix}"
     with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
         apply.retime_media(tmp_path / f"take.%d{source.suffix}", place, Warp([0, 0.2], [0, 0.2]), clip)
     _, _, frames = clips.read_frames(place)
     assert len(frames) == 6

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from retime import apply_warp, guided_warp, read
-from retime.media.kinds import SOUND_SUFFIXES, VIDEO_SUFFIXES
+from retime.media.kinds import ANIMATION_SUFFIXES, SOUND_SUFFIXES, VIDEO_SUFFIXES
 
 WEB = Path(__file__).resolve().parents[2] / "web"
 
@@ -185,5 +185,6 @@ def test_the_page_knows_the_same_endings() -> None:
     script = WEB / "src" / "media" / "endings.ts"
     if not script.is_file():
         pytest.skip("there are no scripts of the page here")
-    text = script.read_text(encoding="utf-8").split("= [")[1].split("]")[0]
-    assert json.loads(f"[{text.strip().rstrip(',')}]") == [*VIDEO_SUFFIXES, *SOUND_SUFFIXES]
+    known, animations = (text.split("]")[0] for text in script.read_text(encoding="utf-8").split("= [")[1:])
+    assert json.loads(f"[{known.strip().rstrip(',')}]") == [*VIDEO_SUFFIXES, *SOUND_SUFFIXES]
+    assert json.loads(f"[{animations.strip()}]") == [*ANIMATION_SUFFIXES]

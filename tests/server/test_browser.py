@@ -280,7 +280,7 @@ def test_a_sound_goes_with_the_warp_and_keytimes_land_on_beats(rooms):
     made = _make_media(Path(rooms["folder"]), picture=False)
     found = drive("media.mjs", 240, extras=False, **made, **rooms)
     document = read_project(str(found["project"])).document
-    assert document.media == MediaFile(str(Path(rooms["folder"]) / "take.wav"), "0.25", "output")
+    assert document.media == MediaFile(str(Path(rooms["folder"]) / "take.wav"), "0.25", "input")
     assert document.beats == BeatsFile(None, "onsets")
 
 
@@ -299,13 +299,24 @@ def test_a_video_goes_with_the_warp_and_the_stage_is_filmed_frame_by_frame(rooms
     with av.open(found["film"]) as film:
         shown = [frame.to_ndarray(format="gray") for frame in film.decode(video=0)]
         assert film.streams.video[0].average_rate == 12
+    # What the take clicks at is heard when the warp comes to it, a quarter of a second late as it was said to begin.
+    clip = retime.sample().frames(0, 241)
+    warp = retime.guided_warp(clip, length="60%").warp
+    from tests.media.clips import clicks_in, read_sound
+
+    heard, rate = read_sound(Path(found["film"]))
+    assert heard.shape[1] / rate == pytest.approx(len(shown) / 12, abs=0.03)
+    clicks = np.arange(0.25, 4, 0.5) + 0.25
+    times = np.interp(clicks[clicks < warp.input_times[-1]], warp.input_times, warp.output_times)
+    # Opus smears a beginning by some samples.
+    np.testing.assert_allclose(clicks_in(heard[0], rate, least=0.3), times[: len(times)], atol=0.004)
     document = read_project(str(found["project"])).document
     assert len(shown) == int((0.6 * 241 - 1) / 60 * 12 + 1e-6) + 1
     assert {picture.shape for picture in shown} == {(360, 640)}
     # It moves, on both sides.
     for half in (slice(0, 320), slice(320, 640)):
         assert all(np.abs(a[:, half].astype(int) - b[:, half]).max() > 40 for a, b in pairwise(shown))
-    assert document.media == MediaFile(str(Path(rooms["folder"]) / "take.webm"), "0.25", "output")
+    assert document.media == MediaFile(str(Path(rooms["folder"]) / "take.webm"), "0.25", "input")
 
 
 def test_a_group_is_aligned_seen_through_its_camera_and_written_at_once(rooms):

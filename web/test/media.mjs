@@ -130,7 +130,10 @@ try {
   assert.deepEqual(await stumbles(editor), []);
   await page.getByRole("button", { name: "Light theme" }).click();
 
-  // A film of the stage, every frame once; without the extra it is said before anything is drawn.
+  // A film of the stage, every frame once, with the sound as it is heard through the warp; without the extra it is said
+  // before anything is drawn.
+  await section.getByLabel("Goes with").selectOption("input");
+  await editor.settled();
   const film = join(folder, "stage.webm");
   await page.keyboard.press("Control+e");
   const dialog = page.getByRole("dialog", { name: "Export" });
@@ -139,6 +142,8 @@ try {
   await dialog.getByLabel("Rate", { exact: true }).fill("12");
   assert.match(await dialog.getByLabel("Path", { exact: true }).inputValue(), /_stage\.mp4$/);
   await dialog.getByLabel("Path", { exact: true }).fill(film);
+  // Its sound is offered by name.
+  assert.equal(await dialog.getByLabel(`Sound of ${media}`).isChecked(), true);
   await shot("export");
   await dialog.getByRole("button", { name: "Write", exact: true }).click();
   const filming = page.getByRole("dialog", { name: "Film of the stage" });

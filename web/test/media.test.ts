@@ -1,9 +1,11 @@
 import { expect, test } from "vitest";
 import { beatsInOutput, mediaTimeAt } from "../src/media/beside";
 import { setBeats, setMedia } from "../src/media/edits";
-import { isMedia } from "../src/media/endings";
+import { isAnimation, isMedia } from "../src/media/endings";
+import { heardIn } from "../src/media/film_sound";
 import { followed, ROUNDING, stand, within } from "../src/media/follow";
 import { peakBetween, peaksOf } from "../src/media/peaks";
+import { STILL } from "../src/playback";
 import { EMPTY } from "./empty";
 
 const KNOTS = { outputTimes: Float64Array.of(0, 1, 3), inputTimes: Float64Array.of(0, 3, 4) };
@@ -82,4 +84,36 @@ test("peaks are the greatest amplitude, at every scale", () => {
 
 test("media are told by their ending", () => {
   expect(["Take.MP4", "a/b.wav", "walk.bvh", "wav"].map(isMedia)).toEqual([true, true, false, false]);
+});
+
+test("a film's sound is what is heard while it plays once, whichever clock leads", () => {
+  const keys = [1, 0, 3];
+  // The output leads: through the warp, half a second of nothing aside, exact at the keytime.
+  const media = { ...MEDIA, offset: "0.5" };
+  expect(heardIn(STILL, KNOTS, 4, media, 60, keys)).toEqual({ times: [0, 1, 3], values: [-0.5, 2.5, 3.5], keys: [1] });
+  // An output that begins later: the film begins with it.
+  const later = { outputTimes: Float64Array.of(2, 3, 5), inputTimes: KNOTS.inputTimes };
+  expect(heardIn(STILL, later, 4, media, 60, [3])).toEqual({ times: [0, 1, 3], values: [-0.5, 2.5, 3.5], keys: [1] });
+  // A song keeps the output's time.
+  const song = { ...media, clock: "output" } as const;
+  expect(heardIn(STILL, KNOTS, 4, song, 60, keys).values).toEqual([-0.5, 0.5, 2.5]);
+  // The input leads, and the output shows the same pose: the take as it was filmed, the song through the warp.
+  const linked = { ...STILL, clock: "input", linked: true } as const;
+  expect(heardIn(linked, KNOTS, 4, media, 60, keys)).toEqual({ times: [0, 3, 4], values: [-0.5, 2.5, 3.5], keys: [] });
+  expect(heardIn(linked, KNOTS, 4, song, 60, keys).values).toEqual([-0.5, 0.5, 2.5]);
+  // Not linked, the output plays by itself, and rests at its end until the input has come to its own.
+  const apart = { ...STILL, clock: "input" } as const;
+  expect(heardIn(apart, KNOTS, 4, media, 60, keys)).toEqual({
+    times: [0, 1, 3, 4],
+    values: [-0.5, 2.5, 3.5, 3.5],
+    keys: [],
+  });
+  // Where it stands, loops and how fast it plays change nothing of it.
+  const playing = { ...STILL, outputTime: 2, inputTime: 1, rate: -2 };
+  expect(heardIn(playing, KNOTS, 4, media, 60, keys)).toEqual(heardIn(STILL, KNOTS, 4, media, 60, keys));
+});
+
+test("animations are told by their endings", () => {
+  expect(["a.gif", "b.WebP", "c.apng"].map(isAnimation)).toEqual([true, true, true]);
+  expect(["a.webm", "gif", "c.mp4"].map(isAnimation)).toEqual([false, false, false]);
 });

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from retime.checks import path_of
-from retime.errors import FormatError, OutputExistsError
+from retime.errors import FormatError, OptionError, OutputExistsError
 from retime.files import beside, resolved, scratch, write_bytes
 from retime.media.encoding import CONTAINERS
 from retime.media.extras import refuse_without
+from retime.media.job import OtherSound
 from retime.media.kinds import is_sequence
 from retime.media.options import MediaOptions
 from retime.media.process import check_media, run
@@ -24,6 +25,7 @@ def retime_media(
     warp: WarpLike,
     options: MediaOptions | None = None,
     *,
+    sound: OtherSound | None = None,
     overwrite: bool = False,
 ) -> None:
     """Give a video, its sound, numbered pictures, or sound alone a warp's timing.
@@ -43,6 +45,8 @@ def retime_media(
         aside.
     options : MediaOptions, optional
         How.
+    sound : OtherSound, optional
+        Of numbered pictures: what is heard beside them, by a warp of its own.
     overwrite : bool
         Replace what is there.
 
@@ -69,6 +73,10 @@ def retime_media(
     options = options or MediaOptions()
     refuse_without("av", "cv2")
     check_media(path)
+    if sound is not None:
+        if not is_sequence(path) or is_sequence(place):
+            raise OptionError("sound of another file is for numbered pictures that become a video")
+        check_media(sound.path)
     if not (is_sequence(place) or place.suffix.lower() in CONTAINERS):
         raise FormatError(
             f"nothing here writes {place.suffix or 'a file without an ending'}; known endings are "
@@ -81,8 +89,10 @@ def retime_media(
         "place": str(place),
         "warp": replace(warp, name="").to_json(),
         "options": options.to_json(),
-        "only_pictures": is_sequence(path),
+        "only_pictures": is_sequence(path) and sound is None,
     }
+    if sound is not None:
+        request["sound"] = {"path": str(resolved(sound.path)), "warp": replace(sound.warp, name="").to_json()}
     if is_sequence(place):
         _write_pictures(path, place, request, overwrite=overwrite)
         return

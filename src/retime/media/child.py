@@ -155,7 +155,7 @@ def _retime(job: dict[str, Any], tell: _Teller) -> None:
     """Retime a file into one that is there, empty."""
     _load_everything()
     from retime.media.extras import needed
-    from retime.media.job import Job, Report
+    from retime.media.job import Job, OtherSound, Report
     from retime.media.kinds import is_sequence
     from retime.media.options import MediaOptions
     from retime.media.work import MOST_SOUNDS, retime_file
@@ -169,17 +169,19 @@ def _retime(job: dict[str, Any], tell: _Teller) -> None:
             if not job["only_pictures"]:
                 raise
     path = Path(job["path"])
-    source: BinaryIO | None = None
-    if not is_sequence(path):
-        source = path.open("rb")
+    sound = None
+    if job.get("sound") is not None:
+        sound = OtherSound(Path(job["sound"]["path"]), Warp.from_json(job["sound"]["warp"]))
     with Path(job["beside"]).open("r+b") as target, contextlib.ExitStack() as stack:
+        source = None if is_sequence(path) else stack.enter_context(path.open("rb"))
+        heard = None if sound is None else stack.enter_context(sound.path.open("rb"))
         # Sound is decoded onto the disk, a stream a file.
         spools: list[BinaryIO] = [stack.enter_context(tempfile.TemporaryFile()) for _ in range(MOST_SOUNDS)]
         # Numbered pictures are opened one at a time.
         _lock_up(2 if source is None else 0)
         warnings.simplefilter("ignore")
-        made = Job(path, Path(job["place"]), Warp.from_json(job["warp"]), options)
-        retime_file(made, source, target, spools, Report(tell))
+        made = Job(path, Path(job["place"]), Warp.from_json(job["warp"]), options, sound)
+        retime_file(made, source, target, spools, Report(tell), heard)
         target.flush()
 
 

@@ -148,6 +148,8 @@ def encoder_for(kind: str, codec: str | None, container: Any, told: str | None, 
         return _ONLY[name]
     if name == "webm":
         usual = "opus" if kind == "audio" else "vp9"
+    elif name == "matroska" and kind == "audio":
+        usual = "aac"
     elif name == "avi" and kind == "audio":
         usual = "pcm_s16le"
     elif name in ("mpegts", "3gp"):

@@ -43,6 +43,22 @@ class Report:
 
 
 @dataclass(frozen=True)
+class OtherSound:
+    """Sound of another file, for pictures that have none.
+
+    Parameters
+    ----------
+    path : Path
+        The file; what is heard is its first stream of sound.
+    warp : Warp
+        From the output's time to the file's own, both of which begin with 0.
+    """
+
+    path: Path
+    warp: Warp
+
+
+@dataclass(frozen=True)
 class Job:
     """What is to be done.
 
@@ -54,9 +70,12 @@ class Job:
         From output time to input time.
     options : MediaOptions
         How.
+    sound : OtherSound, optional
+        Of pictures without sound: what is heard.
     """
 
     path: Path
     place: Path
     warp: Warp
     options: MediaOptions
+    sound: OtherSound | None = None

@@ -20,10 +20,10 @@ _OF_PLAIN = {"aac": 96_000, "libopus": 80_000, "libmp3lame": 128_000}
 
 
 def sound_track(job: Job, output: Any, source: Any, sound: SoundReader, tail: float, report: Report) -> Track:
-    """Add a stream for sound, and what makes it."""
+    """Add a stream for sound, and what makes it; of sound from another file in the format's usual codec."""
     av = needed("av")
     codec = source.codec_context.codec.canonical_name
-    encoder = encoder_for("audio", codec, output, None, job.place)
+    encoder = encoder_for("audio", codec if job.sound is None else None, output, None, job.place)
     rates = av.Codec(encoder, "w").audio_rates
     rate = sound.rate if not rates or sound.rate in rates else max(rates)
     stream = output.add_stream(encoder, rate=rate, layout=sound.layout)
@@ -32,21 +32,22 @@ def sound_track(job: Job, output: Any, source: Any, sound: SoundReader, tail: fl
     formats = [one.name for one in av.Codec(encoder, "w").audio_formats or []]
     form = source.codec_context.format.name if source.codec_context.format is not None else "fltp"
     made.format = form if form in formats else (formats[0] if formats else form)
-    if source.codec_context.bit_rate and not codec.startswith("pcm"):
+    if job.sound is None and source.codec_context.bit_rate and not codec.startswith("pcm"):
         made.bit_rate = max(6000, min(int(source.codec_context.bit_rate), 512_000))
     elif encoder in _OF_PLAIN:
         made.bit_rate = min(_OF_PLAIN[encoder] * sound.n_channels, 512_000)
-    keep_names(source, stream)
-    offset = round(job.options.offset * sound.rate)
+    warp, offset = (job.warp, round(job.options.offset * sound.rate)) if job.sound is None else (job.sound.warp, 0)
+    if job.sound is None:
+        keep_names(source, stream)
     blocks = retimed_sound(
         lambda first, count: sound.read(first - offset, count),
         sound.n_channels,
         sound.rate,
-        job.warp,
+        warp,
         keep_pitch=job.options.sound == "keep-pitch",
         tail=tail,
     )
-    total = sound_length(job.warp, sound.rate, tail) / sound.rate
+    total = sound_length(warp, sound.rate, tail) / sound.rate
     return Track(stream, _encoded_sound(stream, Ahead(blocks), sound, rate, total))
 
 

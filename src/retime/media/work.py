@@ -29,8 +29,15 @@ _PICTURES_ALONE = ("gif", "webp", "apng")
 _ONE_SOUND = ("wav", "flac", "mp3", "adts", "aiff", "opus")
 
 
-def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, spools: list[BinaryIO], report: Report) -> None:
-    """Retime one file into another, which is open; `spools` are files for sound.
+def retime_file(
+    job: Job,
+    source: BinaryIO | None,
+    target: BinaryIO,
+    spools: list[BinaryIO],
+    report: Report,
+    heard_source: BinaryIO | None = None,
+) -> None:
+    """Retime one file into another, which is open; `spools` are files for sound, `heard_source` that of `job.sound`.
 
     Raises
     ------
@@ -40,7 +47,23 @@ def retime_file(job: Job, source: BinaryIO | None, target: BinaryIO, spools: lis
     reader = uncontained_frames(job.path, source, job.options.fps, report.beat)
     if reader is not None:
         first_number = find_sequence(job.path).numbers[0] if is_sequence(job.path) else 1
-        _write(job, [Picture(None, reader, None)], [], [], None, target, report, first_number=first_number)
+        picture = Picture(None, reader, None)
+        if job.sound is None or heard_source is None:
+            _write(job, [picture], [], [], None, target, report, first_number=first_number)
+            return
+        other = SharedFile(heard_source)
+        with open_media(other, job.sound.path) as container:
+            stream = next(iter(container.streams.audio), None)
+            if stream is None:
+                raise FormatError("no sound in it", path=job.sound.path)
+            # Its time 0 is that of its first frame, where it has any: as of the input of a video.
+            pictures = streams_of(container).pictures
+            begin = container.streams[pictures[0]].start_time if pictures else None
+            origin = None if begin is None else begin * container.streams[pictures[0]].time_base
+            sound = SoundReader(other, job.sound.path, stream.index, origin, spools[0], report.beat)
+            if sound.damaged:
+                report.warn(f"{job.sound.path}: a part of its sound is damaged")
+            _write(job, [picture], [(stream, sound)], [], None, target, report, first_number=first_number)
         return
     assert source is not None
     shared = SharedFile(source)

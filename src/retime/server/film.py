@@ -2,6 +2,9 @@
 
 The page draws every frame, not when it is due but when it can: a film has exactly the frames that it should have. The
 pictures are PNG; the media room decodes and encodes them in its process that may die.
+
+A film may have the sound of what stands beside the stage. The page says when what of it is heard, as it plays it, and
+names no file: it is that of the document.
 """
 
 from __future__ import annotations
@@ -22,19 +25,28 @@ from starlette.routing import BaseRoute, Route
 
 from retime.errors import FormatError, OptionError, OutputExistsError, RetimeError, words_of
 from retime.media.apply import retime_media
+from retime.media.description import describe_media
 from retime.media.extras import needed
+from retime.media.job import OtherSound
 from retime.media.kinds import ANIMATION_SUFFIXES
 from retime.media.options import MediaOptions
+from retime.media.process import check_media
 from retime.motion.rate import parse_rate
 from retime.progress import watching
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import Document
 from retime.project.export import check_no_input
 from retime.server.unexpected import words_for_page
+from retime.strict_json import parse_json
 from retime.warp.curve import Warp
+from retime.warp.keytime import Keytime
 
 # Of one picture, and of one film: an hour at 30 frames a second.
 _MOST_BYTES, _MOST_FRAMES = 64 << 20, 108_000
+# Of when what is heard: some hundred thousand times.
+_MOST_HEARD_BYTES = 16 << 20
+# Seconds between moments that are not one.
+_APART = 1e-6
 # Films that are begun at a time: pages that were closed meanwhile leave theirs behind.
 _MOST_FILMS = 4
 # What holds all that there is of a picture, at every size.
@@ -54,6 +66,7 @@ class _Film:
     n_frames: int
     overwrite: bool
     folder: Path
+    sound: OtherSound | None = None
     n_got: int = 0
     stopped: bool = False
 
@@ -94,7 +107,10 @@ class Films:
 
     async def _begin(self, request: Request) -> Response:
         try:
-            film = await asyncio.to_thread(self._begun, dict(request.query_params))
+            heard = await request.body()
+            if len(heard) > _MOST_HEARD_BYTES:
+                raise OptionError(f"what is heard takes more than {_MOST_HEARD_BYTES} bytes to say")
+            film = await asyncio.to_thread(self._begun, dict(request.query_params), heard)
         except OutputExistsError as error:
             return PlainTextResponse(words_of(error), 409)
         except (RetimeError, OSError) as error:
@@ -103,9 +119,9 @@ class Films:
             self._forget(next(iter(self._films)))
         name = secrets.token_hex(16)
         self._films[name] = film
-        return JSONResponse({"film": name})
+        return JSONResponse({"film": name, "heard": film.sound is not None})
 
-    def _begun(self, given: dict[str, str]) -> _Film:
+    def _begun(self, given: dict[str, str], heard: bytes) -> _Film:
         """Check all that can be checked before the first picture is drawn."""
         for module in ("av", "cv2"):
             needed(module)
@@ -122,7 +138,22 @@ class Films:
         if not (frames.isascii() and frames.isdigit() and len(frames) < 10 and 2 <= int(frames) <= _MOST_FRAMES):
             raise OptionError(f"a film has 2 to {_MOST_FRAMES} frames, found {frames[:20]!r}")
         rate = parse_rate(given.get("rate", ""))
-        return _Film(place, rate, int(frames), overwrite, Path(tempfile.mkdtemp(prefix="retime-film-")))
+        sound = self._sound(heard, place, (int(frames) - 1) / float(rate)) if heard else None
+        return _Film(place, rate, int(frames), overwrite, Path(tempfile.mkdtemp(prefix="retime-film-")), sound)
+
+    def _sound(self, heard: bytes, place: Path, seconds: float) -> OtherSound | None:
+        """Return what is heard in a film of so many seconds; None where the file beside the stage has no sound."""
+        media = self._document().media
+        if media is None:
+            raise OptionError("there is no video and no sound beside the stage whose sound the film could have")
+        if place.suffix.lower() in ANIMATION_SUFFIXES:
+            raise OptionError(f"a {place.suffix} has no sound: choose .mp4 or .webm, or leave its sound out")
+        needed("python_stretch")
+        path = self._places.find(media.path, reading=True)
+        check_media(path)
+        warp = _heard_warp(heard, seconds)
+        kinds = [stream["type"] for stream in describe_media(path)["streams"]]
+        return OtherSound(path, warp) if "audio" in kinds else None
 
     async def _take(self, request: Request) -> Response:
         film = self._films.get(request.path_params["name"])
@@ -173,6 +204,34 @@ class Films:
             shutil.rmtree(film.folder, ignore_errors=True)
 
 
+def _heard_warp(heard: bytes, seconds: float) -> Warp:
+    """Read when what is heard: seconds of the film and of the file, and which of the former are keytimes.
+
+    Raises
+    ------
+    OptionError, FormatError
+        It says something else.
+    """
+    said = parse_json(heard, what="what is heard")
+    problem = OptionError("what is heard is said by times of the film and of the file, as many of each")
+    try:
+        times, values, keys = (np.array(said[name], dtype=np.float64) for name in ("times", "values", "keys"))
+    except (ValueError, TypeError, KeyError):
+        raise problem from None
+    if not (times.ndim == values.ndim == keys.ndim == 1 and len(times) == len(values) >= 2):
+        raise problem
+    if not all(np.isfinite(one).all() for one in (times, values, keys)) or (np.diff(times) <= 0).any():
+        raise problem
+    # As long as the film, whose last frame is the last that fits. What is as good as at a keytime is that keytime.
+    keys = keys[(keys > _APART) & (keys < seconds - _APART)]
+    others = times[(times > _APART) & (times < seconds - _APART)]
+    others = others[[not len(keys) or np.abs(keys - time).min() > _APART for time in others.tolist()]]
+    moments = np.unique(np.concatenate([[0.0], keys, others, [seconds]]))
+    places = np.interp(moments, times, values)
+    pairs = zip(np.unique(keys).tolist(), np.interp(np.unique(keys), times, values).tolist(), strict=True)
+    return Warp(moments, places, tuple(Keytime(input_time=place, output_time=key) for key, place in pairs))
+
+
 def _encode(film: _Film) -> None:
     """Write the film: every picture once, for a frame."""
 
@@ -184,6 +243,7 @@ def _encode(film: _Film) -> None:
     times = np.array([0.0, last])
     # What every player shows; left out, the colours of the pictures would be kept, which many do not.
     form = None if film.place.suffix.lower() in ANIMATION_SUFFIXES else "yuv420p"
-    options = MediaOptions(frames="nearest", fps=film.rate, rate=film.rate, sound="drop", pixel_format=form)
+    options = MediaOptions(frames="nearest", fps=film.rate, rate=film.rate, pixel_format=form)
+    pictures = film.folder / _PATTERN
     with watching(go_on):
-        retime_media(film.folder / _PATTERN, film.place, Warp(times, times), options, overwrite=film.overwrite)
+        retime_media(pictures, film.place, Warp(times, times), options, sound=film.sound, overwrite=film.overwrite)

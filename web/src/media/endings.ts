@@ -31,3 +31,11 @@ export function isMedia(path: string): boolean {
   const lower = path.toLowerCase();
   return MEDIA_ENDINGS.some((ending) => lower.endsWith(ending));
 }
+
+/** Of films that move and have no sound. */
+export const ANIMATION_ENDINGS: readonly string[] = [".gif", ".webp", ".apng"];
+
+export function isAnimation(path: string): boolean {
+  const lower = path.toLowerCase();
+  return ANIMATION_ENDINGS.some((ending) => lower.endsWith(ending));
+}

@@ -3,10 +3,12 @@
 import { make, setText } from "../dom";
 import { parseRate, rateValue } from "../grammar";
 import { closeButton, form, makeDialog, Refusal } from "../panels/dialogs/dialog";
+import { fileName } from "../panels/top";
 import { leading, type PlaybackState, seek } from "../playback";
 import type { Stage } from "../stage/stage";
 import type { Store } from "../store";
 import type { Theme } from "../theme";
+import { heardIn } from "./film_sound";
 
 export type FilmSize = "1280x720" | "1920x1080" | "640x360";
 
@@ -41,18 +43,21 @@ export class FilmDialog {
     return this.stage.works && clips[view.clip]?.holds === "motion";
   }
 
-  /** Film what playing once would show, at a rate as a person wrote it; empty: the clip's. */
-  begin(path: string, rate: string, size: FilmSize, overwrite: boolean): void {
+  /**
+   * Film what playing once would show, at a rate as a person wrote it; empty: the clip's. `heard`: with the sound of
+   * what stands beside the stage, as it is heard then.
+   */
+  begin(path: string, rate: string, size: FilmSize, overwrite: boolean, heard: boolean): void {
     this.ends = new AbortController();
     this.refusal.say(null);
     setText(this.close, "Stop");
     this.tell(0, "Beginning…");
     this.root.showModal();
     const { signal } = this.ends;
-    this.film(path, rate, size, overwrite, signal).then(
-      (place) => {
+    this.film(path, rate, size, overwrite, heard, signal).then(
+      (words) => {
         if (signal.aborted) return;
-        this.tell(1, `Wrote ${place}`);
+        this.tell(1, words);
         setText(this.close, "Close");
       },
       (error: unknown) => {
@@ -68,10 +73,12 @@ export class FilmDialog {
     rateText: string,
     size: FilmSize,
     overwrite: boolean,
+    heard: boolean,
     signal: AbortSignal,
   ): Promise<string> {
     const { store } = this;
-    const { knots, playback, inputEnd } = store;
+    const { knots, playback, inputEnd, document } = store;
+    const media = heard ? (document?.media ?? null) : null;
     if (!knots) throw new Error("There is no curve yet: wait for it, or solve its problem first.");
     const rateSaid = rateText.trim() === "" ? String(store.rate) : parseRate(rateText);
     const rate = rateValue(rateSaid);
@@ -85,7 +92,10 @@ export class FilmDialog {
       frames: String(frames),
       overwrite: String(overwrite),
     });
-    const { film } = (await (await asked(`/film?${query}`, null, signal)).json()) as { film: string };
+    const keys = document?.keys.map((key) => key.output_time) ?? [];
+    const sound = media && JSON.stringify(heardIn(playback, knots, inputEnd, media, store.rate, keys));
+    const begun = await asked(`/film?${query}`, sound, signal);
+    const { film, heard: hasSound } = (await begun.json()) as { film: string; heard: boolean };
     try {
       const canvas = make("canvas", { width, height });
       for (let i = 0; i < frames; i++) {
@@ -95,7 +105,8 @@ export class FilmDialog {
       }
       this.tell(1, "Encoding…");
       const done = await asked(`/film/${film}/end`, null, signal);
-      return ((await done.json()) as { path: string }).path;
+      const { path: place } = (await done.json()) as { path: string };
+      return media && !hasSound ? `Wrote ${place}. ${fileName(media.path)} has no sound.` : `Wrote ${place}`;
     } catch (error) {
       // Also where the server has gone: then this can't be sent either, and nothing is lost by it.
       await fetch(`/film/${film}/stop`, { method: "POST" }).catch(() => undefined);
@@ -151,7 +162,7 @@ export class FilmDialog {
 }
 
 /** Send something to the server; what it refuses is an error with its words. */
-async function asked(address: string, body: Blob | null, signal: AbortSignal): Promise<Response> {
+async function asked(address: string, body: Blob | string | null, signal: AbortSignal): Promise<Response> {
   const answer = await fetch(address, { method: "POST", body, signal });
   if (!answer.ok) throw new Error(await answer.text());
   return answer;

@@ -159,15 +159,19 @@ export function slider(
 export interface Check {
   readonly row: HTMLElement;
   readonly input: HTMLInputElement;
+  /** What it is called beside its box. */
+  readonly words: HTMLElement;
   show(on: boolean): void;
 }
 
 export function check(label: string, hint: string, change: (on: boolean) => void): Check {
   const input = make("input", { type: "checkbox" });
+  const words = make("span", {}, label);
   input.addEventListener("change", () => change(input.checked));
   return {
-    row: make("label", { class: "check", title: hint }, input, label),
+    row: make("label", { class: "check", title: hint }, input, words),
     input,
+    words,
     show(on) {
       input.checked = on;
     },

@@ -5,13 +5,18 @@ import { make, setAttribute, setText } from "../../dom";
 import { groupPaths } from "../../group";
 import { HOSTS, type Host } from "../../hosts";
 import { FILM_SIZES, type FilmDialog, type FilmSize } from "../../media/film_dialog";
+import { isAnimation } from "../../media/endings";
 import type { Found, Refused } from "../../messages";
 import { progressWords } from "../../shell/progress";
 import type { Store } from "../../store";
 import { check, choice, textField } from "../fields";
+import { fileName } from "../top";
 import { closeButton, form, makeDialog, onSubmit, Refusal } from "./dialog";
 
 export type Export = "motion" | "warp" | "curve" | "picture" | "film";
+
+const SOUND_HINT =
+  "What stands beside the stage, as it is heard through the warp, at its own pitch; films that are animations (GIF) have none";
 
 /** Of a group: every clip. */
 const ALL = "all";
@@ -47,6 +52,8 @@ export class WriteDialog {
   private readonly search = make("span");
   private readonly searching: HTMLElement;
   private readonly size = choice<FilmSize>("Size", "Pixels of the film", () => true);
+  private readonly heard = check("With its sound", SOUND_HINT, (on) => (this.withSound = on));
+  private withSound = true;
   /** Films the stage; null where it can't be filmed. */
   film: FilmDialog | null = null;
 
@@ -69,6 +76,7 @@ export class WriteDialog {
         this.tolerance.row,
         this.item.row,
         this.path.row,
+        this.heard.row,
         this.searching,
         this.refusal.root,
         this.overwrite.row,
@@ -131,7 +139,10 @@ export class WriteDialog {
     if (this.kind === "film" && !this.saving) this.root.close();
     else this.wait(place);
     if (this.saving) this.connection.save(place, this.mayOverwrite);
-    else if (this.kind === "film") this.film?.begin(place, this.rate.input.value, this.filmSize, this.mayOverwrite);
+    else if (this.kind === "film") {
+      const heard = this.withSound && !this.heard.row.hidden && !isAnimation(place);
+      this.film?.begin(place, this.rate.input.value, this.filmSize, this.mayOverwrite, heard);
+    }
     else if (this.kind !== "curve") this.connection.export(this.kind, place, this.which, this.mayOverwrite);
     else {
       const { name, firstFrame, thins, item } = this.chosen;
@@ -262,6 +273,10 @@ export class WriteDialog {
     this.host.row.hidden = !curve;
     this.rate.row.hidden = !curve && !film;
     this.size.row.hidden = !film;
+    const media = document?.media ?? null;
+    this.heard.row.hidden = !film || media === null;
+    if (media) setText(this.heard.words, `Sound of ${fileName(media.path)}`);
+    this.heard.show(this.withSound);
     this.start.row.hidden = !curve || host.firstFrame === null;
     this.tolerance.row.hidden = !curve || !host.thins;
     this.item.row.hidden = !curve || host.item === "";
