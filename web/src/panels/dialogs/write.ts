@@ -4,8 +4,8 @@ import type { Connection } from "../../connection";
 import { make, setAttribute, setText } from "../../dom";
 import { groupPaths } from "../../group";
 import { HOSTS, type Host } from "../../hosts";
-import { FILM_SIZES, type FilmDialog, type FilmSize } from "../../media/film_dialog";
 import { isAnimation } from "../../media/endings";
+import { FILM_SIZES, type FilmDialog, type FilmSize } from "../../media/film_dialog";
 import type { Found, Refused } from "../../messages";
 import { progressWords } from "../../shell/progress";
 import type { Store } from "../../store";
@@ -142,8 +142,7 @@ export class WriteDialog {
     else if (this.kind === "film") {
       const heard = this.withSound && !this.heard.row.hidden && !isAnimation(place);
       this.film?.begin(place, this.rate.input.value, this.filmSize, this.mayOverwrite, heard);
-    }
-    else if (this.kind !== "curve") this.connection.export(this.kind, place, this.which, this.mayOverwrite);
+    } else if (this.kind !== "curve") this.connection.export(this.kind, place, this.which, this.mayOverwrite);
     else {
       const { name, firstFrame, thins, item } = this.chosen;
       this.connection.exportCurve({
