@@ -24,7 +24,7 @@ import numpy as np
 
 from retime.batch import Recipe, Treatment, retime_clip, run
 from retime.batch.manifest import Known
-from retime.batch.run import plan
+from retime.batch.run import plan, survey
 from retime.batch.treatment import settings
 from retime.formats import write
 from retime.motion.signal import Signal
@@ -54,7 +54,7 @@ def one(root: str, out: str, workers: str, chunk: str) -> None:
     settings_given = {"method": "linear", "length": "80%"}
     begun, used = time.perf_counter(), _processor_seconds()
     if workers == "0":
-        planned = plan(Path(root), Path(out), Recipe(Treatment().with_(settings(settings_given))), Known())
+        planned = plan(survey(Path(root), Path(out), Recipe(Treatment().with_(settings(settings_given)))), Known())
         for task in planned.tasks:
             assert retime_clip(task)[0].status == "done"
         n = len(planned.tasks)

@@ -10,8 +10,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from retime.batch.labels import ShownFrames, retime_beside
-from retime.errors import FormatError, OutputExistsError
+from retime.batch.labels import ShownFrames, retimed_beside
+from retime.errors import FormatError
 from retime.warp.curve import Warp
 
 RATE = Fraction(30)
@@ -80,7 +80,7 @@ def test_rows_of_ranges_become_rows_of_the_output(tmp_path) -> None:
     shown = ShownFrames(Warp([0.0, 1.0, 2.0], [0.0, 2.0, 1.0]), RATE, 61, 0, 61)
     source = tmp_path / "walk_labels.csv"
     write_rows(source, [["label", "start_t", "end_t", "note"], ["turn", "1.0", "1.5", "=x"], ["end", "0", "0.5", ""]])
-    retime_beside(source, tmp_path / "out.csv", shown, overwrite=False)
+    (tmp_path / "out.csv").write_bytes(retimed_beside(source, shown))
     rows = list(csv.reader((tmp_path / "out.csv").read_text().splitlines()))
     # The warp runs backward from 2 s to 1 s: what lies there is shown twice.
     assert rows == [
@@ -89,17 +89,15 @@ def test_rows_of_ranges_become_rows_of_the_output(tmp_path) -> None:
         ["turn", "1.5", "2", "=x"],
         ["end", "0", "0.25", ""],
     ]
-    with pytest.raises(OutputExistsError):
-        retime_beside(source, tmp_path / "out.csv", shown, overwrite=False)
 
 
 def test_frames_and_moments_in_tables(tmp_path) -> None:
     shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 61, 0, 61)
     write_rows(tmp_path / "a.csv", [["start_frame", "end_frame", "kind"], ["10", "19", "left"], ["60", "60", "end"]])
-    retime_beside(tmp_path / "a.csv", tmp_path / "b.csv", shown, overwrite=False)
+    (tmp_path / "b.csv").write_bytes(retimed_beside(tmp_path / "a.csv", shown))
     assert (tmp_path / "b.csv").read_text().splitlines() == ["start_frame,end_frame,kind", "5,9,left", "30,30,end"]
     write_rows(tmp_path / "c.csv", [["time", "event"], ["0.5", "step"], ["9", "beyond"]])
-    retime_beside(tmp_path / "c.csv", tmp_path / "d.csv", shown, overwrite=False)
+    (tmp_path / "d.csv").write_bytes(retimed_beside(tmp_path / "c.csv", shown))
     assert (tmp_path / "d.csv").read_text().splitlines() == ["time,event", "0.25,step"]
 
 
@@ -107,7 +105,7 @@ def test_a_row_a_frame_is_shown_as_the_frames_are(tmp_path) -> None:
     shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 70, 5, 61)
     rows = [["left", "right"], *[[str(i % 2), str(int(i < 30))] for i in range(70)]]
     write_rows(tmp_path / "contacts.csv", rows)
-    retime_beside(tmp_path / "contacts.csv", tmp_path / "out.csv", shown, overwrite=False)
+    (tmp_path / "out.csv").write_bytes(retimed_beside(tmp_path / "contacts.csv", shown))
     back = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1)
     head = (tmp_path / "out.csv").read_text().splitlines()[0].split(",")
     assert np.array_equal(back[:, head.index("right")], [float(frame < 30) for frame in shown.frames])
@@ -129,7 +127,7 @@ def test_babel_s_documents(tmp_path) -> None:
         "n_frames": 91,
     }
     (tmp_path / "a.json").write_text(json.dumps(document))
-    retime_beside(tmp_path / "a.json", tmp_path / "b.json", shown, overwrite=False)
+    (tmp_path / "b.json").write_bytes(retimed_beside(tmp_path / "a.json", shown))
     made = json.loads((tmp_path / "b.json").read_text())
     assert made["frame_ann"]["labels"] == [
         {"raw_label": "stand", "start_t": 0.0, "end_t": 1.0},
@@ -165,16 +163,15 @@ def test_what_says_nothing_is_refused(tmp_path, name: str, text: str, said: str)
     (tmp_path / name).write_text(text)
     shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 61, 0, 61)
     with pytest.raises(FormatError) as caught:
-        retime_beside(tmp_path / name, tmp_path / f"out{(tmp_path / name).suffix}", shown, overwrite=False)
+        retimed_beside(tmp_path / name, shown)
     assert said in str(caught.value)
-    assert not (tmp_path / f"out{(tmp_path / name).suffix}").exists()
 
 
 @pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
 def test_a_table_of_any_line_ends_is_read(tmp_path, end: str) -> None:
     (tmp_path / "a.csv").write_bytes(f"label,start_frame,end_frame{end}step,2,4{end}".encode())
     shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 61, 0, 61)
-    retime_beside(tmp_path / "a.csv", tmp_path / "b.csv", shown, overwrite=False)
+    (tmp_path / "b.csv").write_bytes(retimed_beside(tmp_path / "a.csv", shown))
     assert (tmp_path / "b.csv").read_text() == "label,start_frame,end_frame\nstep,1,2\n"
 
 
@@ -182,4 +179,13 @@ def test_a_table_of_other_bytes_than_text_is_refused_by_its_line(tmp_path) -> No
     (tmp_path / "a.csv").write_bytes(b"start_frame,end_frame,who\n1,2,a\n3,4,Ren\xe9\n")
     shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 61, 0, 61)
     with pytest.raises(FormatError, match=r"a\.csv:3: expected UTF-8 text"):
-        retime_beside(tmp_path / "a.csv", tmp_path / "b.csv", shown, overwrite=False)
+        (tmp_path / "b.csv").write_bytes(retimed_beside(tmp_path / "a.csv", shown))
+
+
+@pytest.mark.parametrize("head", ["label\n", "", "label,side\n"])
+def test_a_text_a_frame_is_that_of_the_frame_shown(tmp_path, head: str) -> None:
+    shown = ShownFrames(Warp([0.0, 1.0], [0.0, 2.0]), RATE, 70, 5, 61)
+    rows = [f"w{i}" + ",left" * ("," in head) for i in range(70)]
+    (tmp_path / "a.csv").write_text(head + "\n".join(rows) + "\n")
+    made = retimed_beside(tmp_path / "a.csv", shown).decode().splitlines()
+    assert made == [*head.splitlines(), *(rows[frame] for frame in shown.frames)]

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import csv
+import errno
+import gzip
 import json
 import os
 import shutil
+import sys
+from dataclasses import replace
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import retime
 from retime.batch import BatchResult, ClipTask, Recipe, Rule, Treatment, retime_clip, run
+from retime.batch import clip as clip_module
+from retime.batch.engine import Bounds
 from retime.batch.manifest import Journal, Manifest, read_manifest
 from retime.batch.treatment import settings
 from retime.errors import OptionError
@@ -158,8 +167,226 @@ def test_a_stranger_s_file_is_not_replaced(library: Path, tmp_path: Path) -> Non
     (failure,) = [record for record in result.failures if record.name == "c.bvh"]
     assert failure.code == "exists"
     assert (out / "c.bvh").read_text() == "mine"
-    assert done(library, out, {"length": "80%", "fps": 30}, force=True, retry=True).counts["failed"] == 1
+    assert done(library, out, {"length": "80%", "fps": 30}, force=True).counts["failed"] == 1
     assert (out / "c.bvh").read_text() != "mine"
+
+
+def test_a_stranger_s_labels_are_not_replaced(tmp_path: Path) -> None:
+    root, out = tmp_path / "in", tmp_path / "out"
+    made_clip(root / "a.bvh")
+    (root / "a_labels.csv").write_text("start_frame,end_frame,act\n0,39,walk\n")
+    out.mkdir()
+    (out / "a_labels.csv").write_text("mine")
+    given = {"length": "80%", "beside": "{stem}_labels.csv"}
+    assert [record.code for record in done(root, out, given).failures] == ["exists"]
+    # That a process meant to write there does not make it its own, should the run end before it says more.
+    journal = Journal(out)
+    journal.intend(ClipTask("", "a.bvh", str(out), ("a.bvh",), Treatment(), (("", ("a_labels.csv",)),)))
+    journal.close()
+    assert [record.code for record in done(root, out, given).failures] == ["exists"]
+    assert (out / "a_labels.csv").read_text() == "mine"
+    assert done(root, out, given, force=True).counts == {"done": 1, "kept": 0, "failed": 0}
+    assert (out / "a_labels.csv").read_text() == "start_frame,end_frame,act\n0,31,walk\n"
+    # They are the run's own by now, and part of what it made.
+    assert done(root, out, given | {"length": "50%"}).counts["done"] == 1
+    (out / "a_labels.csv").unlink()
+    assert done(root, out, given | {"length": "50%"}).counts == {"done": 1, "kept": 0, "failed": 0}
+    assert (out / "a_labels.csv").exists()
+
+
+def test_a_clip_whose_labels_are_broken_leaves_nothing(tmp_path: Path) -> None:
+    root, out = tmp_path / "in", tmp_path / "out"
+    made_clip(root / "a.bvh")
+    (root / "a_events.csv").write_text("frame,what\n3,step\n")
+    (root / "a_labels.csv").write_text("start_frame,end_frame\nzero,39\n")
+    result = done(root, out, {"length": "80%", "beside": ["{stem}_events.csv", "{stem}_labels.csv"]})
+    assert [record.code for record in result.failures] == ["format"]
+    assert {path.name for path in out.iterdir()} <= {"manifest.jsonl", "manifest.parquet", ".retime"}
+
+
+@pytest.mark.parametrize(
+    ("names", "given", "said"),
+    [
+        (("a.bvh", "a_1.bvh"), Recipe(rules=(Rule("a.bvh", {"variants": 2}),)), r"a\.bvh and a_1\.bvh would both"),
+        (("a.bvh", "a.npz"), {"beside": "{stem}_labels.csv"}, r"both be written as a_labels\.csv"),
+        (("b.npz",), {"beside": "{stem}.csv", "format": ".csv"}, r"both be written as b\.csv"),
+        (("manifest.npz",), {"format": ".parquet"}, r"both be written as manifest\.parquet"),
+    ],
+)
+def test_two_files_of_one_name_are_refused_before_one_is_lost(
+    tmp_path: Path, names: tuple[str, ...], given: object, said: str
+) -> None:
+    root = tmp_path / "in"
+    for i, name in enumerate(names):
+        place = root / name
+        place.parent.mkdir(exist_ok=True)
+        if place.suffix == ".npz":
+            retime.write(retime.Signal(("x",), np.arange(40.0)[:, None], 30), place)
+        else:
+            made_clip(place, 40 * i)
+    for name in ("a_labels.csv", "b.csv"):
+        (root / name).write_text("start_frame,end_frame\n0,9\n")
+    with pytest.raises(OptionError, match=said):
+        done(root, tmp_path / "out", given)
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_reference_is_another_output(tmp_path: Path) -> None:
+    root, out = tmp_path / "in", tmp_path / "out"
+    made_clip(root / "a.bvh", n=80)
+    references = [made_clip(tmp_path / name, start, 80) for name, start in (("one.bvh", 200), ("other.bvh", 400))]
+    shutil.copy(references[1], tmp_path / "same.bvh")
+    given = {"length": "80%"}
+    found = []
+    for more in ({"reference": str(references[0])}, {"reference": str(references[1])}, {}):
+        assert done(root, out, given | more).counts == {"done": 1, "kept": 0, "failed": 0}
+        found.append((out / "a.bvh").read_bytes())
+        assert done(root, out, given | more).counts == {"done": 0, "kept": 1, "failed": 0}
+    assert len(set(found)) == 3
+    both = {"reference": [str(one) for one in references]}
+    assert done(root, out, given | both).counts["done"] == 1
+    assert done(root, out, given | {"reference": both["reference"][:1]}).counts["done"] == 1
+    # What counts is what it holds, not what it is called.
+    assert done(root, out, given | {"reference": str(references[1])}).counts["done"] == 1
+    assert done(root, out, given | {"reference": str(tmp_path / "same.bvh")}).counts["kept"] == 1
+
+
+def test_a_reference_that_is_not_there_is_said_once(library: Path, tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match=r"the reference .*none\.bvh is not there"):
+        done(library, tmp_path / "out", {"reference": str(tmp_path / "none.bvh")})
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_library_is_the_same_from_wherever_it_is_named(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert done(library, tmp_path / "out", {"length": "80%", "fps": 30}).counts["done"] == 4
+    monkeypatch.chdir(tmp_path)
+    assert done(Path("in"), Path("out"), {"length": "80%", "fps": 30}).counts == {"done": 0, "kept": 4, "failed": 1}
+
+
+def test_outputs_that_are_not_asked_for_today_stay_known(library: Path, tmp_path: Path) -> None:
+    out, given = tmp_path / "out", Treatment().with_(settings({"length": "80%", "fps": 30}))
+    less = Recipe(given, (Rule("walks/*", skip=True),))
+    assert done(library, out, Recipe(given)).counts == {"done": 4, "kept": 0, "failed": 1}
+    assert done(library, out, less).counts == {"done": 0, "kept": 2, "failed": 0}
+    statuses = {record.output: record.status for record in read_manifest(out)}
+    assert statuses == {"arm.csv": "kept", "c.bvh": "kept", "walks/a.bvh": "old", "walks/slow/b.bvh": "old"}
+    (out / "walks" / "a.bvh").unlink()
+    assert done(library, out, less).counts["kept"] == 2
+    assert {record.output for record in read_manifest(out)} == {"arm.csv", "c.bvh", "walks/slow/b.bvh"}
+    assert done(library, out, Recipe(given)).counts == {"done": 1, "kept": 3, "failed": 1}
+    # Fewer variants, and more again: those in between are a run's own.
+    varied = tmp_path / "varied"
+    for n in (3, 2, 3):
+        result = done(library, varied, Recipe(Treatment(variants=n), (Rule("[!c]*", skip=True),)))
+        assert result.counts == {"done": n, "kept": 0, "failed": 0}
+    # A clip that fails by now has left an output that is not of this run.
+    (library / "c.bvh").write_text("HIERARCHY")
+    result = done(library, varied, Recipe(Treatment(variants=2), (Rule("[!c]*", skip=True),)))
+    assert result.counts == {"done": 0, "kept": 0, "failed": 1}
+    assert [record.status for record in read_manifest(varied)] == ["failed", "old", "old", "old"]
+
+
+def test_what_a_process_was_about_to_write_is_known_after_a_second_death(library: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    journal = Journal(out)
+    journal.intend(ClipTask("", "c.bvh", str(out), ("c.bvh",), Treatment()))
+    journal.close()
+    (out / "c.bvh").write_text("half")
+    # A run that takes this in, and dies before it comes to the clip.
+    Manifest(out).close()
+    assert done(library, out, {"length": "80%", "fps": 30}).counts == {"done": 4, "kept": 0, "failed": 1}
+
+
+def test_a_torn_last_line_takes_no_other_with_it(tmp_path: Path) -> None:
+    made_clip(tmp_path / "in" / "c.bvh")
+    done(tmp_path / "in", tmp_path / "out", {"length": "80%"})
+    (record,) = read_manifest(tmp_path / "out")
+    with (tmp_path / "out" / "manifest.jsonl").open("ab") as file:
+        file.write(b'{"name": "x.bvh", "outp')
+    manifest = Manifest(tmp_path / "out")
+    manifest.add([replace(record, name="d.bvh", output="d.bvh", status="done")])
+    manifest.close()
+    assert [record.name for record in read_manifest(tmp_path / "out")] == ["c.bvh", "d.bvh"]
+
+
+def test_a_journal_that_a_run_took_away_is_begun_anew(tmp_path: Path) -> None:
+    journal = Journal(tmp_path)
+    task = ClipTask("", "c.bvh", str(tmp_path), ("c.bvh",), Treatment())
+    journal.intend(task)
+    Manifest(tmp_path).close()
+    assert not list((tmp_path / ".retime").glob("journal-*"))
+    # The process lives on, a worker of a cluster, and works for the next run.
+    journal.intend(task)
+    journal.close()
+    assert Manifest.look(tmp_path).intended == {"c.bvh"}
+
+
+def test_failures_of_what_is_around_a_clip_are_tried_again(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*given: object, **more: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    task = ClipTask(str(library / "c.bvh"), "c.bvh", str(tmp_path / "out"), ("c.bvh",), Treatment())
+    with monkeypatch.context() as patch:
+        patch.setattr("retime.batch.clip.write", full)
+        patch.setattr("retime.batch.clip.retime_file", full)
+        (record,) = retime_clip(task)
+    assert (record.code, record.message, record.hash) == ("system", "No space left on device", "")
+    (again,) = retime_clip(replace(task, failed_before=record.to_json()))
+    assert again.status == "done"
+
+
+@pytest.mark.parametrize(
+    ("failure", "bounds", "again"),
+    [
+        ({"code": "timeout", "limit": 5.0}, Bounds(seconds=5.0), False),
+        ({"code": "timeout", "limit": 5.0}, Bounds(seconds=4.0), False),
+        ({"code": "timeout", "limit": 5.0}, Bounds(seconds=6.0), True),
+        ({"code": "memory", "limit": 2.0e9}, Bounds(memory=3_000_000_000), True),
+        ({"code": "memory", "limit": 2.0e9}, Bounds(memory=2_000_000_000), False),
+        ({"code": "memory", "limit": 2.0e9}, Bounds(), True),
+        ({"code": "memory", "limit": 0.0}, Bounds(memory=3_000_000_000), False),
+        ({"code": "killed", "limit": 0.0}, Bounds(), False),
+        ({"code": "timeout"}, Bounds(), False),
+    ],
+)
+def test_a_wider_bound_is_a_reason_to_try_again(failure: dict[str, object], bounds: Bounds, again: bool) -> None:
+    assert bounds.wider_than(failure) is again
+
+
+@pytest.mark.skipif(os.name == "nt" or sys.platform == "darwin", reason="names are Unicode there")
+def test_a_name_that_is_no_unicode_is_one_of_many(tmp_path: Path) -> None:
+    name = os.fsdecode(b"bad\xff.bvh")
+    made_clip(tmp_path / "in" / name)
+    made_clip(tmp_path / "in" / "new\nline.bvh")
+    result = done(tmp_path / "in", tmp_path / "out", {"length": "80%"})
+    assert result.counts == {"done": 2, "kept": 0, "failed": 0}
+    assert {record.output for record in read_manifest(tmp_path / "out")} == {name, "new\nline.bvh"}
+    assert done(tmp_path / "in", tmp_path / "out", {"length": "80%"}).counts["kept"] == 2
+
+
+def test_a_clip_that_is_written_to_meanwhile_is_made_again(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    task = ClipTask(str(library / "c.bvh"), "c.bvh", str(tmp_path), ("c.bvh",), Treatment())
+    search = clip_module.guided_warp
+
+    def meanwhile(*given: Any, **more: Any) -> Any:
+        made_clip(tmp_path / "other.bvh", 300)
+        shutil.copy(tmp_path / "other.bvh", library / "c.bvh")
+        return search(*given, **more)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(clip_module, "guided_warp", meanwhile)
+        (record,) = retime_clip(task)
+    assert (record.status, record.hash) == ("done", "")
+    (again,) = retime_clip(replace(task, before={"c.bvh": record.to_json()}, overwrite=True))
+    assert again.status == "done"
+    assert again.hash
 
 
 def test_two_runs_in_one_folder_are_refused(tmp_path: Path) -> None:
@@ -180,6 +407,56 @@ def test_two_clips_of_one_output_are_refused(library: Path, tmp_path: Path) -> N
     shutil.copy(library / "c.bvh", library / "c.csv")
     with pytest.raises(OptionError, match=r"c\.bvh and c\.csv would both be written as c\.npz"):
         done(library, tmp_path / "out", {"format": ".npz"})
+
+
+def test_cuts_are_found_in_any_folder_and_of_every_output(tmp_path: Path) -> None:
+    """Below the top; of a packed clip; of one that fails; and of variants, which are clips of the new tree."""
+    root = tmp_path / "in"
+    for name in ("Old_FW", "Old_BW", "Old_ID"):
+        made_clip(root / "sets" / "style" / "Old" / f"{name}.bvh", 0, 60)
+    packed = root / "sets" / "style" / "Old" / "Old_BW.bvh"
+    packed.with_suffix(".bvh.gz").write_bytes(gzip.compress(packed.read_bytes()))
+    packed.unlink()
+    made_clip(root / "Old_FW.bvh", 0, 60)
+    (root / "sets" / "style" / "Frame_Cuts.csv").write_text(
+        "STYLE_NAME,BW_START,BW_STOP,FW_START,FW_STOP,ID_START,ID_STOP,TR_START,TR_STOP,note\n"
+        "Old,20,59,10,49,10,99,5,8,slow\nYoung,1,2,N/A,N/A,N/A,N/A,N/A,N/A,\n"
+    )
+    result = done(root, tmp_path / "out", {"length": "50%"})
+    assert {record.name: (record.frames_in, record.frames_out) for record in result.records} == {
+        # No table above it speaks of this one.
+        "Old_FW.bvh": (60, 30),
+        "sets/style/Old/Old_BW.bvh.gz": (40, 20),
+        "sets/style/Old/Old_FW.bvh": (40, 20),
+        "sets/style/Old/Old_ID.bvh": (0, 0),
+    }
+    head = "STYLE_NAME,BW_START,BW_STOP,FW_START,FW_STOP,ID_START,ID_STOP,TR_START,TR_STOP,note"
+    assert (tmp_path / "out" / "sets" / "style" / "Frame_Cuts.csv").read_text() == (
+        f"{head}\nOld,0,19,0,19,N/A,N/A,5,8,slow\nYoung,1,2,N/A,N/A,N/A,N/A,N/A,N/A,\n"
+    )
+    varied = done(root, tmp_path / "varied", {"variants": 2, "seed": 1})
+    table = (tmp_path / "varied" / "sets" / "style" / "Frame_Cuts.csv").read_text()
+    row = next(csv.DictReader(StringIO(table)))
+    frames = {record.output: record.frames_out for record in varied.records if record.output}
+    for kind in ("BW", "FW"):
+        assert row[f"{kind}_START"] == row[f"{kind}_STOP"] == "N/A"
+        for number in (1, 2):
+            assert row[f"{kind}_{number}_START"] == "0"
+            assert int(row[f"{kind}_{number}_STOP"]) == frames[f"sets/style/Old/Old_{kind}_{number}.bvh"] - 1
+    # The new tree is read by its table.
+    again = done(tmp_path / "varied", tmp_path / "again", {"length": "100%"})
+    assert again.counts == {"done": 6, "kept": 0, "failed": 0}
+    assert all(record.frames_in == frames[record.name] for record in again.records)
+
+
+def test_what_amass_has_beside_its_clips_is_no_clip(tmp_path: Path) -> None:
+    root = tmp_path / "in"
+    (root / "set" / "subject").mkdir(parents=True)
+    (root / "set" / "subject" / "walk_poses.npz").write_bytes(npz(body(n_frames=40)))
+    for name in ("shape.npz", "neutral_stagei.npz", "female_stagei.npz"):
+        np.savez(root / "set" / "subject" / name, betas=np.zeros(16))
+    result = done(root, tmp_path / "out", {"length": "50%"})
+    assert [(record.name, record.status) for record in result.records] == [("set/subject/walk_poses.npz", "done")]
 
 
 def test_recipes_reach_their_clips(library: Path, tmp_path: Path) -> None:

@@ -141,6 +141,7 @@ def test_a_recipe_is_read_from_toml_and_its_table(tmp_path) -> None:
         ("r.csv", "clip,rate\na," + "9" * 5000 + "\n", "rate"),
         ("r.csv", "clip,length\na,80%,90%\n", "3 cells"),
         ("r.csv", "clip,length\na,eighty\n", ":2: length"),
+        ("r.csv", "clip,skip\na,perhaps\n", ":2: skip is true or false"),
     ],
 )
 def test_a_broken_recipe_is_refused_with_its_place(tmp_path, name: str, text: str, said: str) -> None:
@@ -148,3 +149,29 @@ def test_a_broken_recipe_is_refused_with_its_place(tmp_path, name: str, text: st
     with pytest.raises((FormatError, OptionError), match=said) as caught:
         read_recipe(tmp_path / name, Treatment())
     assert name in str(caught.value)
+
+
+def test_of_variants_the_speed_is_their_mean_wherever_it_is_written() -> None:
+    base = Treatment().with_(settings({"speed": "0.8..1.25"}))
+    assert base.search == {"speed": "0.8..1.25"}
+    recipe = Recipe(base, (Rule("*_v.bvh", settings({"variants": 3})), Rule("s_v.bvh", settings({"speed": "0.5..2"}))))
+    varied, own, plain = (recipe.treatment_of(name) for name in ("a_v.bvh", "s_v.bvh", "b.bvh"))
+    assert varied == Treatment(variants=3, speeds="0.8..1.25")
+    assert own == Treatment(variants=3, speeds="0.5..2")
+    assert plain == base
+    # A rule without variants has no range of their lengths.
+    whole = Treatment().with_(settings({"variants": 3, "speed": "0.8..1.25"}))
+    assert whole == Treatment(variants=3, speeds="0.8..1.25")
+    assert whole.with_({"variants": 0}) == Treatment()
+    with pytest.raises(OptionError, match="is for variants"):
+        Treatment().with_(settings({"speeds": "0.8..1.25"}))
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_a_table_is_read_however_its_cells_are_parted(tmp_path, delimiter: str) -> None:
+    rows = [["Clip", "Length", "lock", "skip"], ["a.bvh", "280f", '"1..2; 3..4"', ""], ["b.bvh", "", "", "TRUE"]]
+    (tmp_path / "r.csv").write_text("".join(delimiter.join(row) + "\n" for row in rows), encoding="utf-8-sig")
+    recipe = read_recipe(tmp_path / "r.csv", Treatment(average=False))
+    assert recipe.treatment_of("a.bvh") == Treatment(search={"length": "280f"}, lock=("1..2", "3..4"), average=False)
+    assert recipe.treatment_of("b.bvh") is None
+    assert recipe.treatment_of("c.bvh") == Treatment(average=False)

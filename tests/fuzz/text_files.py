@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from retime.arrays import FloatArray
-from retime.batch.labels import ShownFrames, retime_beside
+from retime.batch.labels import ShownFrames, retimed_beside
 from retime.batch.recipe import read_recipe
 from retime.batch.treatment import Treatment
 from retime.errors import FormatError
@@ -404,9 +404,7 @@ def labels_file(draw: random.Random) -> str:
         data = mutated_text(draw, data, _LABEL_WORDS, [text for _, text in _LABELS])
     shown = draw.choice(_SHOWN)
     with _file(f"mutant{suffix}", data) as path:
-        place = path.with_name(f"new{suffix}")
-        retime_beside(path, place, shown, overwrite=False)
-        text = place.read_bytes()
+        text = retimed_beside(path, shown)
     if suffix == ".json":
         json.loads(text, parse_constant=lambda word: _no_number(word))
     return f"labels are retimed ({suffix})"

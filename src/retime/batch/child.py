@@ -7,6 +7,7 @@ knows which clip it was at, and starts another.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import queue
@@ -15,16 +16,23 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
 from retime.batch.clip import failed, retime_clip
-from retime.batch.task import ClipTask, Record
+from retime.batch.task import ClipTask, Record, places_with
 from retime.child_process import child_environment
 
 # A clip of which so many processes have died is set aside.
 TRIES = 3
-_CHILD = "import sys; from retime.batch.child import serve; serve(sys.argv[1], int(sys.argv[2]))"
+# Ctrl-C is for the process that asks, which ends this one; a terminal sends it to all of them.
+_CHILD = (
+    "import signal, sys; signal.signal(signal.SIGINT, signal.SIG_IGN); from retime.batch.child import serve; "
+    "serve(sys.argv[1], int(sys.argv[2]))"
+)
+# Seconds that a process may take to start.
+_START = 120.0
 
 
 class ChildRunner:
@@ -42,26 +50,40 @@ class ChildRunner:
 
     def __init__(self, out: Path, *, most_memory: int | None, most_seconds: float) -> None:
         self._command = [sys.executable, "-c", _CHILD, str(out), str(most_memory or 0)]
-        self._seconds = most_seconds
+        self._memory, self._seconds = most_memory or 0, most_seconds
         self._process: subprocess.Popen[bytes] | None = None
         self._answers: queue.Queue[bytes | None] = queue.Queue()
+        self._ready = False
 
     def run(self, task: ClipTask) -> tuple[Record, ...]:
         """Do one clip, in a process that may die of it up to `TRIES` times."""
         begun = time.perf_counter()
         how = ""
+        # Where nothing stood, what stands there after a process has died is its own.
+        free = not any(
+            os.path.lexists(Path(task.out, one)) for i in range(len(task.places)) for one in places_with(task, i)
+        )
         for _ in range(TRIES):
             answer, how = self._ask(task)
             if answer is not None:
-                return tuple(Record.from_json(line) for line in answer)
+                records = tuple(Record.from_json(line) for line in answer)
+                return tuple(self._of_memory(record) if record.code == "memory" else record for record in records)
             if how == "timeout":
                 break
+            task = replace(task, overwrite=task.overwrite or free)
         seconds = time.perf_counter() - begun
         if how == "timeout":
             message = f"not done after {self._seconds:g} s; its process was ended (--time-limit sets another)"
-            return (failed(task, "timeout", message, seconds),)
+            return (failed(task, "timeout", message, seconds, limit=self._seconds),)
         message = f"{TRIES} processes died of it, the last one with {how}; it was set aside"
         return (failed(task, "killed", message, seconds),)
+
+    def _of_memory(self, record: Record) -> Record:
+        """Say by which bound a clip failed."""
+        if not self._memory:
+            return record
+        message = f"{record.message}; it may take {self._memory / (1 << 30):.3g} GB (--memory sets another bound)"
+        return replace(record, message=message, limit=float(self._memory))
 
     def _ask(self, task: ClipTask) -> tuple[list[dict[str, Any]] | None, str]:
         """Return what the process answers; None where it ends without, and how."""
@@ -70,6 +92,11 @@ class ChildRunner:
         try:
             process.stdin.write(json.dumps(task.to_json()).encode() + b"\n")
             process.stdin.flush()
+            if not self._ready:
+                # It starts; that is no clip's time.
+                self._ready = self._answers.get(timeout=max(self._seconds, _START)) is not None
+                if not self._ready:
+                    raise BrokenPipeError
             line = self._answers.get(timeout=self._seconds)
         except queue.Empty:
             self.close()
@@ -94,7 +121,7 @@ class ChildRunner:
             self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment, bufsize=0
         )
         assert self._process.stdout is not None
-        self._answers = queue.Queue()
+        self._answers, self._ready = queue.Queue(), False
         threading.Thread(target=_listen, args=(self._process.stdout, self._answers), daemon=True).start()
         return self._process
 
@@ -140,10 +167,14 @@ def serve(out: str, most_memory: int) -> None:
     asked: queue.Queue[Mapping[str, Any]] = queue.Queue()
     threading.Thread(target=_hear, args=(asked,), daemon=True).start()
     journal = Journal(Path(out))
+    with contextlib.suppress(BrokenPipeError):
+        answers.write(b"ready\n")
     while True:
         task = ClipTask.from_json(asked.get())
         records = retime_clip(task, begun=lambda task=task: journal.intend(task))  # type: ignore[misc]
-        journal.written(records)
+        with contextlib.suppress(OSError):
+            # The disk is full, say. The owner hears of them all the same.
+            journal.written(records)
         try:
             answers.write(json.dumps([record.to_json() for record in records]).encode() + b"\n")
         except BrokenPipeError:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, lru_cache
@@ -19,7 +20,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from retime.batch.labels import ShownFrames, retime_beside
+from retime.batch.labels import ShownFrames, retimed_beside
 from retime.batch.task import ClipTask, Record
 from retime.batch.treatment import Treatment
 from retime.errors import (
@@ -34,7 +35,8 @@ from retime.errors import (
     words_of,
 )
 from retime.evaluate.metrics.flights import flight_spans, flight_timing
-from retime.files import noting_reads
+from retime.evaluate.metrics.speeds import fastest_speed
+from retime.files import noting_reads, noting_writes, write_bytes
 from retime.formats.in_place import retime_file
 from retime.formats.read_options import ReadOptions
 from retime.formats.registry import animation_names, read_with, refuse_unfit, stays_in_place, write
@@ -67,6 +69,8 @@ _CODES: tuple[tuple[type[BaseException], str], ...] = (
     (MemoryError, "memory"),
     (OSError, "system"),
 )
+# Failures that come of what is around a clip, a full disk or a file in the way: it is tried again in any case.
+_OF_SURROUNDINGS = ("exists", "extra", "system")
 # Knots of a warp that a record keeps, for its picture.
 _KNOTS = 60
 # References that a process keeps at hand.
@@ -91,7 +95,7 @@ def retime_clip(task: ClipTask, *, begun: Callable[[], None] = lambda: None) -> 
     start = time.perf_counter()
     with noting_reads() as files:
         try:
-            kept = _kept(task)
+            kept = kept_as_it_is(task)
             if kept is not None:
                 return kept
             begun()
@@ -114,11 +118,13 @@ def _code(error: Exception) -> str:
     return next((code for kind, code in _CODES if isinstance(cause, kind)), "unexpected")
 
 
-def failed(task: ClipTask, code: str, message: str, seconds: float, files: Sequence[Path] = ()) -> Record:
+def failed(
+    task: ClipTask, code: str, message: str, seconds: float, files: Sequence[Path] = (), *, limit: float = 0.0
+) -> Record:
     """Return the record of a clip that failed, whose files are as they are now."""
     files = list(files) or [Path(task.clip)]
     try:
-        known = _hash(task, 0, files)
+        known = "" if code in _OF_SURROUNDINGS else _hash(task, 0, files)
     except OSError:
         # It can't be read, so nobody can tell whether it changes.
         known = ""
@@ -130,7 +136,9 @@ def failed(task: ClipTask, code: str, message: str, seconds: float, files: Seque
         files=tuple(map(str, files)),
         seconds=seconds,
         code=code,
-        message=message,
+        # The clip is named already: by its place in the library.
+        message=message.replace(task.clip, task.name),
+        limit=limit,
     )
 
 
@@ -143,8 +151,11 @@ def _words(error: Exception, code: str) -> str:
     return f"{type(error).__name__}: {words}{place}"
 
 
-def _kept(task: ClipTask) -> tuple[Record, ...] | None:
-    """Return what an earlier run recorded, where nothing has changed since; else None."""
+def kept_as_it_is(task: ClipTask) -> tuple[Record, ...] | None:
+    """Return what an earlier run recorded, where nothing has changed since; else None.
+
+    A clip that failed then, and would again, has its failure.
+    """
     if task.failed_before is not None and _unchanged(task, 0, task.failed_before):
         return (Record.from_json(task.failed_before),)
     found = []
@@ -157,7 +168,8 @@ def _kept(task: ClipTask) -> tuple[Record, ...] | None:
                 return None
         except OSError:
             return None
-        if any(not Path(task.out, places[number]).is_file() for _, places in task.beside):
+        others = [*before.get("others", ()), *(places[number] for _, places in task.beside)]
+        if not all(Path(task.out, other).is_file() for other in others):
             return None
         found.append(replace(Record.from_json(before), status="kept"))
     return tuple(found)
@@ -167,24 +179,35 @@ def _unchanged(task: ClipTask, number: int, before: Mapping[str, Any]) -> bool:
     """Tell whether all that a record was made of is as it was."""
     try:
         return bool(before["hash"]) and _hash(task, number, [Path(path) for path in before["files"]]) == before["hash"]
-    except OSError:
+    except (OSError, ValueError, TypeError):
+        # A file that is gone; a line that no run wrote.
         return False
 
 
 def _hash(task: ClipTask, number: int, files: Sequence[Path]) -> str:
     """Hash all that an output depends on: bytes, treatment, and, where something is drawn, the clip's name."""
     treatment = task.treatment.to_json()
-    for name in ("reference", "skeleton"):
-        # What counts is what they hold.
-        treatment.pop(name, None)
+    # Of a reference and a skeleton counts what they hold now, not what they are called. Those that an earlier run has
+    # read stand among its files; which of them are asked for today only the treatment tells.
+    named = {name: _digests(treatment.pop(name)) for name in ("reference", "skeleton") if name in treatment}
     what = {
         "version": _version(),
         "treatment": treatment,
+        "named": named,
         "ending": Path(task.places[number]).suffix.lower(),
         "drawn": [task.name, number] if task.treatment.variants else None,
         "files": [_digest(path) for path in (*files, *(Path(path) for path, _ in task.beside))],
     }
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
+
+
+def _digests(paths: str | Sequence[str]) -> list[str]:
+    return [_digest(Path(path)) for path in ([paths] if isinstance(paths, str) else paths)]
+
+
+def _stamps(paths: Iterable[str]) -> list[tuple[int, int]]:
+    """Return what tells, without reading, that a file was not written to meanwhile."""
+    return [(status.st_mtime_ns, status.st_size) for status in map(os.stat, paths)]
 
 
 def _digest(path: Path) -> str:
@@ -212,30 +235,47 @@ _Found = tuple[Record, Callable[[Path, bool], None], ShownFrames | None]
 def _done(task: ClipTask, noted: list[Path]) -> list[Record]:
     """Find the timing of each output, and write it; `noted` are the files that were read so far."""
     given, path = task.treatment, Path(task.clip)
+    inputs = [task.clip, *(source for source, _ in task.beside), *given.reference, *filter(None, [given.skeleton])]
+    stamps = _stamps(inputs)
     found = _variants(task, path) if given.variants else [_single(task, path)]
     files = list(noted)
     for reference in given.reference:
         files += [one for one in _reference_of(Path(reference), given)[1] if one not in files]
+    # What can't be said of the labels is known before the first of all these files is written.
+    labels = [_labels(task, shown) for _, _, shown in found]
     records = []
-    for number, (record, write_to, shown) in enumerate(found):
+    for number, (record, write_to, _) in enumerate(found):
         place = Path(task.out, task.places[number])
         place.parent.mkdir(parents=True, exist_ok=True)
-        for source, places in task.beside:
-            if shown is None:
-                raise OptionError(f"{source}: several animations have several warps, and labels would go through one")
-            retime_beside(Path(source), Path(task.out, places[number]), shown, overwrite=task.overwrite)
-        write_to(place, task.overwrite)
+        with noting_writes() as written:
+            for (_, places), data in zip(task.beside, labels[number], strict=True):
+                write_bytes(Path(task.out, places[number]), data, overwrite=task.overwrite)
+            write_to(place, task.overwrite)
+        others = [one.relative_to(task.out).as_posix() for one in written if one != place]
         records.append(
             replace(
                 record,
                 output=task.places[number],
                 hash=_hash(task, number, files),
                 files=tuple(map(str, files)),
+                others=tuple(others),
                 bytes_out=place.stat().st_size,
                 variant=number + 1 if given.variants else 0,
             )
         )
+    if _stamps(inputs) != stamps:
+        # Somebody wrote to them meanwhile: which bytes this was made of nobody knows, and the next run makes it again.
+        records = [replace(record, hash="") for record in records]
     return records
+
+
+def _labels(task: ClipTask, shown: ShownFrames | None) -> list[bytes]:
+    """Take the files beside a clip through its warp."""
+    if shown is None and task.beside:
+        raise OptionError(
+            f"{task.beside[0][0]}: several animations have several warps, and labels would go through one"
+        )
+    return [retimed_beside(Path(source), shown) for source, _ in task.beside if shown is not None]
 
 
 def _single(task: ClipTask, path: Path) -> _Found:
@@ -266,6 +306,7 @@ def _single(task: ClipTask, path: Path) -> _Found:
         optimal=all(record.optimal for record in records) if totals else None,
         flights=sum(record.flights for record in records),
         flights_kept=sum(record.flights_kept for record in records),
+        fastest=0.0,
     )
 
     def write_to(place: Path, overwrite: bool) -> None:
@@ -350,6 +391,7 @@ def _record(task: ClipTask, clip: AnyMotion, warp: Warp, search: GuidedWarp | No
         optimal=None if search is None else search.path.optimal,
         flights=flights.n_flights,
         flights_kept=flights.n_flights_kept,
+        fastest=fastest_speed(warp),
         knots=tuple(
             (round(float(warp.output_times[i]), 4), round(float(warp.input_times[i]), 4)) for i in kept.tolist()
         ),

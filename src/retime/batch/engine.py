@@ -9,20 +9,27 @@ only, and its chunk is run again.
 from __future__ import annotations
 
 import atexit
+import contextlib
+import math
+import os
 import secrets
+import signal
 import threading
 import time
+import warnings
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from retime.batch import dask_worker
 from retime.batch.child import ChildRunner
 from retime.batch.clip import failed
 from retime.batch.manifest import STATE
 from retime.batch.task import ClipTask, Record
-from retime.errors import MissingExtraError
+from retime.errors import MissingExtraError, OptionError, RetimeWarning, words_of
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -32,6 +39,11 @@ CHUNK, AHEAD = 8, 2
 # Seconds after which it is asked again how many workers there are.
 _ASK_AGAIN = 5.0
 _GONE = "the scheduler is gone; run the same command again to go on"
+_UNFIT = (
+    "a worker of the cluster can't work ({error}): all must see the clips and {out} under these names, and have this "
+    "version of retime[batch]. What is done is kept; run the same command again to go on"
+)
+_VERSION = version("retime")
 # A clip that was alone at so many workers when they died is set aside.
 _AGAIN = 3
 
@@ -51,6 +63,12 @@ class Bounds:
     memory: int | None = None
     seconds: float = 600.0
 
+    def wider_than(self, failure: Mapping[str, Any]) -> bool:
+        """Tell whether a clip met a bound (`Record.to_json`) that is a wider one now."""
+        met = failure.get("limit", 0.0)
+        now = {"timeout": self.seconds, "memory": self.memory or math.inf}.get(failure["code"], 0.0)
+        return bool(met and now > met)
+
 
 def connect(scheduler: str | None, *, workers: int) -> Client:
     """Return a client of a cluster: the one at an address, or one made on this machine.
@@ -66,6 +84,8 @@ def connect(scheduler: str | None, *, workers: int) -> Client:
     ------
     MissingExtraError
         There is no Dask.
+    OptionError
+        The address is none.
     OSError
         Nothing answers at the address.
     """
@@ -74,13 +94,72 @@ def connect(scheduler: str | None, *, workers: int) -> Client:
     except ImportError as error:
         raise MissingExtraError("retiming many clips", package="distributed", extra="batch") from error
     if scheduler is not None:
-        return Client(scheduler, timeout="30s")
+        try:
+            return Client(scheduler, timeout="30s")
+        except ValueError as error:
+            raise OptionError(f"a scheduler is at an address such as tcp://host:8786: {error}") from None
     import dask
 
     # What a worker holds is small; the clips lie in the processes that work at them, which have bounds of their own.
     dask.config.set({"distributed.worker.memory.terminate": False})
-    cluster = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, silence_logs=50)
+    cluster = LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        memory_limit=0,
+        silence_logs=50,
+        preload=[dask_worker.__name__],
+    )
     return Client(cluster)
+
+
+def disconnect(client: Client, *, keep_cluster: bool = False) -> None:
+    """Close a client of `connect`, and the cluster that was made for it; a second Ctrl-C does not cut that short."""
+    with _undisturbed():
+        cluster = client.cluster
+        client.close()
+        if not keep_cluster and cluster is not None:
+            cluster.close()
+
+
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let Ctrl-C wait; it reaches the main thread alone."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def share_of_memory(workers: int | None) -> int | None:
+    """Return what one of so many processes may take of this machine's memory, bytes; None where nobody tells.
+
+    A clip needs some room however many there are: no less than 2 GB.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Processes; left out, one a processor.
+    """
+    try:
+        total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None
+    # A container has less than its machine.
+    for name in ("memory.max", "memory/memory.limit_in_bytes"):
+        with contextlib.suppress(OSError, ValueError):
+            total = min(total, int(Path("/sys/fs/cgroup", name).read_text(encoding="ascii")))
+    processes = 1 if workers == 0 else workers or os.cpu_count() or 1
+    return max(total // processes, 2 << 30)
+
+
+def count_threads(client: Client) -> int:
+    """Return how many clips a cluster can do at once."""
+    return sum(_of_scheduler(client.nthreads).values())
 
 
 def run_serially(tasks: Iterable[ClipTask], out: Path, bounds: Bounds) -> Iterator[tuple[Record, ...]]:
@@ -122,12 +201,18 @@ def run_on(
     Raises
     ------
     ConnectionError
-        The scheduler is gone.
+        The scheduler is gone, or workers can't do what is asked, whatever the clip.
+
+    Warns
+    -----
+    RetimeWarning
+        There is no worker yet.
     """
-    from distributed import as_completed
+    from distributed import KilledWorker, as_completed
 
     waiting = deque(tuple(tasks[i : i + chunk]) for i in range(0, len(tasks), chunk))
     deaths: dict[str, int] = {}
+    troubles: dict[str, int] = {}
     at_work: dict[Future, tuple[ClipTask, ...]] = {}
     completed = as_completed()
 
@@ -137,12 +222,17 @@ def run_on(
         nonlocal threads, asked
         # Workers come and go; to ask for them takes a while.
         if not threads or time.monotonic() - asked > _ASK_AGAIN:
-            threads, asked = sum(_of_scheduler(client.nthreads).values()) or 1, time.monotonic()
+            threads, asked = count_threads(client), time.monotonic()
+            if not threads:
+                warnings.warn("the cluster has no worker yet: waiting for one", RetimeWarning, stacklevel=3)
+                threads = 1
         while waiting and len(at_work) < threads * (1 + AHEAD):
             part = waiting.popleft()
             mark = secrets.token_hex(8)
             lines = [task.to_json() for task in part]
-            future = _of_scheduler(client.submit, _do_chunk, lines, str(out), mark, bounds, pure=False, retries=0)
+            future = _of_scheduler(
+                client.submit, _do_chunk, lines, str(out), mark, bounds, _VERSION, pure=False, retries=0
+            )
             at_work[future] = part
             completed.add(future)
 
@@ -153,6 +243,16 @@ def run_on(
         if future.status in ("cancelled", "lost"):
             raise ConnectionError(_GONE)
         answers = _of_scheduler(future.result) if future.status == "finished" else None
+        error = _of_scheduler(future.exception) if future.status == "error" else None
+        if error is not None and not isinstance(error, KilledWorker):
+            # What a clip does wrong it says itself: this is of the worker, or of what it sees.
+            name = part[0].name
+            troubles[name] = troubles.get(name, 0) + 1
+            if troubles[name] == _AGAIN:
+                raise ConnectionError(_UNFIT.format(out=out, error=f"{type(error).__name__}: {words_of(error)}"))
+            waiting.appendleft(tuple(refreshed(task) for task in part))
+            submit()
+            continue
         if answers is not None:
             for answer in answers:
                 yield tuple(Record.from_json(line) for line in answer)
@@ -187,18 +287,37 @@ def _of_scheduler(ask: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
 _runners: dict[tuple[int, str, Bounds], ChildRunner] = {}
 
 
-def _do_chunk(tasks: list[dict[str, Any]], out: str, mark: str, bounds: Bounds) -> list[list[dict[str, Any]]] | None:
+def _do_chunk(
+    tasks: list[dict[str, Any]], out: str, mark: str, bounds: Bounds, asked: str
+) -> list[list[dict[str, Any]]] | None:
     """Do the clips of a chunk; runs in a worker. None, where a worker that began it has died.
 
     Dask by itself runs a task again whose worker died, and knows nothing of what was done by then.
     """
+    if asked != _VERSION:
+        raise RuntimeError(f"it has retime {_VERSION}, and {asked} asks")
     try:
         (Path(out) / STATE / f"chunk-{mark}").open("x").close()
     except FileExistsError:
         return None
+    bounds = _bounded(bounds)
     key = (threading.get_ident(), out, bounds)
     if key not in _runners:
+        # A worker lives through many runs; what it held for the last one goes.
+        for other in [one for one in _runners if one[0] == key[0]]:
+            runner = _runners.pop(other)
+            atexit.unregister(runner.close)
+            runner.close()
         _runners[key] = ChildRunner(Path(out), most_memory=bounds.memory, most_seconds=bounds.seconds)
         atexit.register(_runners[key].close)
     runner = _runners[key]
     return [[record.to_json() for record in runner.run(ClipTask.from_json(task))] for task in tasks]
+
+
+def _bounded(bounds: Bounds) -> Bounds:
+    """Give a clip the memory that its worker may take, where nobody said how much."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    most = worker.memory_manager.memory_limit
+    return replace(bounds, memory=most // worker.state.nthreads) if bounds.memory is None and most else bounds

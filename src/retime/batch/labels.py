@@ -21,6 +21,7 @@ from fractions import Fraction
 from functools import cached_property
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ import numpy as np
 from retime.arrays import IntArray
 from retime.errors import FormatError
 from retime.evaluate.metrics.spans import output_intervals
-from retime.files import read_bytes, write_bytes
+from retime.files import read_bytes
 from retime.formats.number_text import NumberTextError, parse_number
 from retime.formats.registry import read, write
 from retime.formats.text_lines import utf8_text
@@ -132,43 +133,42 @@ class ShownFrames:
         return float(outputs[i] + share * (outputs[i + 1] - outputs[i]))
 
 
-def retime_beside(source: Path, place: Path, shown: ShownFrames, *, overwrite: bool) -> None:
-    """Write what a file beside a clip says of the clip's output.
+def retimed_beside(source: Path, shown: ShownFrames) -> bytes:
+    """Return what a file beside a clip says of the clip's output.
 
     Parameters
     ----------
-    source, place : Path
-        The file (.csv, .tsv or .json), and where the new one goes.
+    source : Path
+        The file (.csv, .tsv or .json).
     shown : ShownFrames
         What the output shows.
-    overwrite : bool
-        Replace a file that is there.
+
+    Returns
+    -------
+    bytes
+        Of a file of the same kind.
 
     Raises
     ------
     FormatError
         Neither ranges, moments, nor a value a frame are found in it, or it is no such file.
-    OutputExistsError
-        A file is there, and `overwrite` is not set.
     """
     suffix = source.suffix.lower()
     if suffix == ".json":
         document = parse_json(read_bytes(source), what="a file of labels")
         lines = json.dumps(_Document(shown, source).retimed(document), indent=1, ensure_ascii=False)
-        write_bytes(place, lines.encode() + b"\n", overwrite=overwrite)
-    elif suffix in (".csv", ".tsv"):
+        return lines.encode() + b"\n"
+    if suffix in (".csv", ".tsv"):
         text = utf8_text(source, read_bytes(source))
         delimiter = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
         rows = list(_rows(text, delimiter, source))
         mapped = _retimed_rows(rows, shown, source)
         if mapped is None:
-            _retime_frames(source, place, shown, overwrite=overwrite)
-            return
+            return _retimed_frames(source, shown)
         out = StringIO()
         csv.writer(out, delimiter=delimiter, lineterminator="\n").writerows(mapped)
-        write_bytes(place, out.getvalue().encode(), overwrite=overwrite)
-    else:
-        raise FormatError("labels beside a clip are .csv, .tsv or .json", path=source)
+        return out.getvalue().encode()
+    raise FormatError("labels beside a clip are .csv, .tsv or .json", path=source)
 
 
 def _rows(text: str, delimiter: str, source: Path) -> Iterator[list[str]]:
@@ -181,7 +181,7 @@ def _rows(text: str, delimiter: str, source: Path) -> Iterator[list[str]]:
         raise FormatError(problem, path=source, line=reader.line_num) from None
 
 
-def _retime_frames(source: Path, place: Path, shown: ShownFrames, *, overwrite: bool) -> None:
+def _retimed_frames(source: Path, shown: ShownFrames) -> bytes:
     """Show a table with a row a frame as the clip is shown."""
     table = read(source, rate=shown.rate, gaps="keep")
     assert isinstance(table, Signal)
@@ -192,7 +192,10 @@ def _retime_frames(source: Path, place: Path, shown: ShownFrames, *, overwrite: 
             path=source,
         )
     used = table.frames(shown.first, shown.first + shown.n_used)
-    write(apply_warp(used, shown.warp, average=False), place, overwrite=overwrite)
+    with TemporaryDirectory() as folder:
+        place = Path(folder, source.name)
+        write(apply_warp(used, shown.warp, average=False), place)
+        return place.read_bytes()
 
 
 def _pair(names: list[str], pairs: tuple[tuple[str, str], ...]) -> tuple[int, int] | None:
@@ -203,7 +206,7 @@ def _pair(names: list[str], pairs: tuple[tuple[str, str], ...]) -> tuple[int, in
 
 
 def _retimed_rows(rows: list[list[str]], shown: ShownFrames, source: Path) -> list[list[str]] | None:
-    """Map the rows of a table of events; None where it is none."""
+    """Map the rows of a table of events, or of one text or several a frame; None where it is neither."""
     if not rows:
         raise FormatError("the file is empty", path=source)
     names = [name.strip().lower() for name in rows[0]]
@@ -225,7 +228,11 @@ def _retimed_rows(rows: list[list[str]], shown: ShownFrames, source: Path) -> li
                 mapped.append([new.get(i, cell) for i, cell in enumerate(row)])
         return mapped
     single = next((name for name in (*_FRAME_NAMES, *_TIME_NAMES) if name in names), None)
-    if single is None or len(body) == shown.n_file:
+    texts = next((part for part in (body, rows) if len(part) == shown.n_file), None)
+    if texts is not None and not any(_is_number(cell) for row in texts for cell in row):
+        # Nothing to be interpolated: each output frame has the row of the frame that it shows.
+        return [*rows[: len(rows) - len(texts)], *(texts[frame] for frame in shown.frames.tolist())]
+    if single is None or texts is body:
         return None
     column = names.index(single)
     for line, row in enumerate(body, start=2):
@@ -238,6 +245,14 @@ def _retimed_rows(rows: list[list[str]], shown: ShownFrames, source: Path) -> li
         if value is not None:
             mapped.append([value if i == column else cell for i, cell in enumerate(row)])
     return mapped
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        parse_number(cell.strip().encode())
+    except NumberTextError:
+        return False
+    return True
 
 
 def _frame(text: str) -> int:

@@ -18,14 +18,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TextIO
 
-from retime.batch.task import ClipTask, Record
+from retime.batch.task import ClipTask, Record, places_with
 from retime.errors import OptionError, RetimeWarning
-from retime.files import hold, write_bytes
+from retime.files import hold, sync_file, write_bytes
 
 MANIFEST, TABLE, STATE = "manifest.jsonl", "manifest.parquet", ".retime"
 
 # Of a manifest's line, what a table of all of them leaves out: it is for pictures, and for the next run.
 _NOT_IN_TABLE = ("knots", "files")
+_LISTS = ("others", "warnings")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +50,18 @@ class Known:
         if record.output:
             self.records.pop(failure_key(record.name), None)
 
-    def may_write(self, out: Path, places: Iterable[str]) -> bool:
-        """Tell whether what stands at places, if anything, is a run's own."""
-        return all(place in self.records or place in self.intended or not (out / place).exists() for place in places)
+    def may_replace(self, task: ClipTask) -> bool:
+        """Tell whether what stands at the places of a task is a run's own, all of it.
+
+        A file beside an output is whose the output is. Where no run has written there is nothing to be replaced.
+        """
+        own = [place in self.records or place in self.intended for place in task.places]
+        return any(own) and not any(
+            os.path.lexists(Path(task.out, place))
+            for number, mine in enumerate(own)
+            if not mine
+            for place in places_with(task, number)
+        )
 
 
 class Journal:
@@ -68,8 +78,20 @@ class Journal:
         self._file: TextIO | None = None
 
     def intend(self, task: ClipTask) -> None:
-        """Say which places are about to be written."""
-        self._append({"intended": list(task.places)})
+        """Say which places are about to be written: those where a stranger's file stands are not."""
+        free = [
+            place
+            for number, place in enumerate(task.places)
+            if task.overwrite or not any(os.path.lexists(Path(task.out, one)) for one in places_with(task, number))
+        ]
+        if free:
+            self._append({"intended": free})
+            # Before an output is on the disk this is: a machine that is switched off leaves no file of unknown origin.
+            sync_file(self._file.fileno())  # type: ignore[union-attr]
+
+    def say_again(self, places: list[str]) -> None:
+        """Say which places a process that is gone was about to write."""
+        self._append({"intended": places})
 
     def written(self, records: Iterable[Record]) -> None:
         """Say what was written."""
@@ -78,6 +100,9 @@ class Journal:
                 self._append(record.to_json())
 
     def _append(self, line: dict[str, Any]) -> None:
+        # A run that ends takes the journals away; this process may live on and work for the next.
+        if self._file is not None and not Path(self._file.name).exists():
+            self.close()
         if self._file is None:
             self._folder.mkdir(parents=True, exist_ok=True)
             name = f"journal-{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}.jsonl"
@@ -120,8 +145,10 @@ class Manifest:
         self._take_in(out / MANIFEST)
         journals = self._take_in_journals()
         self._file = (out / MANIFEST).open("a", encoding="utf-8")
-        if journals:
+        if journals or self._heard.get(out / MANIFEST, 0) != (out / MANIFEST).stat().st_size:
+            # Also where its last line is torn: the next one would be lost with it.
             self._rewrite(self.known.records.values())
+            self._keep_intents()
             self._remove(journals)
 
     @classmethod
@@ -161,8 +188,7 @@ class Manifest:
         """Return a task that knows what the journals say by now of its places."""
         self._take_in_journals()
         before = {place: self.known.records[place] for place in task.places if place in self.known.records}
-        own = self.known.may_write(self.out, task.places)
-        return replace(task, before=before, overwrite=task.overwrite or own)
+        return replace(task, before=before, overwrite=task.overwrite or self.known.may_replace(task))
 
     def add(self, records: Iterable[Record]) -> None:
         """Append lines."""
@@ -174,7 +200,10 @@ class Manifest:
         self._file.flush()
 
     def finish(self, records: Iterable[Record]) -> None:
-        """Write the manifest anew, with these lines alone, and as a table; the journals are done with.
+        """Write the manifest anew, and as a table; the journals are done with.
+
+        It has these lines, and one for each output of an earlier run that is still there, and that this run neither
+        made nor kept: it is known for a run's own, and will be kept where it is wanted again.
 
         Warns
         -----
@@ -182,8 +211,15 @@ class Manifest:
             There is no pyarrow for the table.
         """
         lines = [record.to_json() for record in records]
+        now = {line["output"] for line in lines}
+        lines += [
+            line | {"status": "old"}
+            for place, line in self.known.records.items()
+            if line["output"] and place not in now and (self.out / place).is_file()
+        ]
         journals = list((self.out / STATE).glob("journal-*.jsonl"))
         self._rewrite(lines)
+        self._keep_intents()
         self._remove([*journals, *(self.out / STATE).glob("chunk-*")])
         _write_table(lines, self.out / TABLE)
 
@@ -191,6 +227,14 @@ class Manifest:
         self._file.close()
         write_bytes(self.out / MANIFEST, (json.dumps(line).encode() + b"\n" for line in lines), overwrite=True)
         self._file = (self.out / MANIFEST).open("a", encoding="utf-8")
+
+    def _keep_intents(self) -> None:
+        """Say again what a process was about to write that nobody has heard of since: it may stand there by now."""
+        left = sorted(place for place in self.known.intended - self.known.records.keys() if (self.out / place).exists())
+        if left:
+            journal = Journal(self.out)
+            journal.say_again(left)
+            journal.close()
 
     @staticmethod
     def _remove(journals: Iterable[Path]) -> None:
@@ -217,6 +261,10 @@ def read_manifest(out: Path) -> Iterator[Record]:
             yield Record.from_json(json.loads(line))
 
 
+def _unicode(text: str) -> str:
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
 def _write_table(lines: list[dict[str, Any]], place: Path) -> None:
     try:
         import pyarrow
@@ -231,16 +279,23 @@ def _write_table(lines: list[dict[str, Any]], place: Path) -> None:
     from io import BytesIO
 
     rows = [
-        {name: value for name, value in line.items() if name not in _NOT_IN_TABLE}
-        | {"warnings": "\n".join(line["warnings"])}
+        {
+            # Several texts stand on lines of their own.
+            name: "\n".join(line.get(name, ())) if name in _LISTS else line.get(name, column.default)
+            for name, column in Record.__dataclass_fields__.items()
+            if name not in _NOT_IN_TABLE
+        }
         for line in lines
     ]
     kinds = {"str": pyarrow.string(), "int": pyarrow.int64(), "float": pyarrow.float64(), "bool": pyarrow.bool_()}
     columns = [
-        (name, kinds[str(one.type).removesuffix(" | None")] if name not in ("status", "warnings") else kinds["str"])
+        (name, kinds["str" if name in ("status", *_LISTS) else str(one.type).removesuffix(" | None")])
         for name, one in Record.__dataclass_fields__.items()
         if name not in _NOT_IN_TABLE
     ]
+    for row in rows:
+        # A name that is no Unicode has bytes as lone surrogates, which a table can't hold.
+        row.update({name: _unicode(value) for name, value in row.items() if isinstance(value, str)})
     data = BytesIO()
     parquet.write_table(pyarrow.Table.from_pylist(rows, schema=pyarrow.schema(columns)), data)
     write_bytes(place, data.getvalue(), overwrite=True)

@@ -54,7 +54,7 @@ class Recipe:
     rules : tuple of Rule
         In their order, each over those before it.
     rows : mapping of str to mapping
-        Settings of single clips by their names, over all rules.
+        Settings of single clips by their names, over all rules; ``skip`` leaves one out.
     """
 
     base: Treatment = field(default_factory=Treatment)
@@ -83,8 +83,9 @@ class Recipe:
                 skip = rule.skip
                 given.update(rule.settings)
         if name in self.rows:
-            skip = False
-            given.update(self.rows[name])
+            row = dict(self.rows[name])
+            skip = row.pop("skip", False)
+            given.update(row)
         try:
             return None if skip else self.base.with_(given)
         except OptionError as error:
@@ -110,8 +111,8 @@ def read_recipe(path: Path, base: Treatment) -> Recipe:
     """Read a recipe: TOML with rules, or a table with a row a clip.
 
     TOML says at its top what holds for all, in each ``[[rule]]`` what holds for names that ``match``, and in ``table``
-    which CSV has rows for single clips. A CSV has a column ``clip`` and one for each setting; an empty cell says
-    nothing, and ``;`` parts several texts. Files are looked for from the recipe's folder.
+    which CSV has rows for single clips. A CSV has a column ``clip`` and one for each setting, and may have one called
+    ``skip``; an empty cell says nothing, and ``;`` parts several texts. Files are looked for from the recipe's folder.
 
     Parameters
     ----------
@@ -152,10 +153,13 @@ def read_recipe(path: Path, base: Treatment) -> Recipe:
 def _rows(path: Path) -> dict[str, dict[str, Any]]:
     """Read a table of settings."""
     try:
-        rows = list(csv.reader(StringIO(read_bytes(path).decode("utf-8-sig"))))
+        text = read_bytes(path).decode("utf-8-sig")
+        # A spreadsheet of a country that writes 0,5 parts cells otherwise; the head says how.
+        delimiter = max(",;\t", key=text.partition("\n")[0].count)
+        rows = list(csv.reader(StringIO(text), delimiter=delimiter))
     except (csv.Error, UnicodeDecodeError) as error:
         raise FormatError(f"not a table: {error}", path=path) from None
-    head = [name.strip() for name in rows[0]] if rows else []
+    head = [name.strip().lower() for name in rows[0]] if rows else []
     if "clip" not in head:
         raise FormatError("expected a table with a column called clip", path=path, line=1)
     twice = next((name for name in head if name and head.count(name) > 1), None)
@@ -175,7 +179,12 @@ def _rows(path: Path) -> dict[str, dict[str, Any]]:
         if name in found:
             raise FormatError(f"{name} has two rows", path=path, line=line)
         given = {head[i]: _value(cell.strip()) for i, cell in enumerate(row) if i != column and cell.strip()}
+        skip = given.pop("skip", False)
+        if not isinstance(skip, bool):
+            raise FormatError(f"skip is true or false, found {skip!r}", path=path, line=line)
         found[name] = _here(settings(given, place=f"{path}:{line}"), path.parent)
+        if skip:
+            found[name]["skip"] = True
     return found
 
 

@@ -6,16 +6,19 @@ import html
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from retime.batch.task import Record
-from retime.errors import OptionError
+from retime.errors import OptionError, OutputExistsError
 from retime.svg import Panel
 
 # Clips that are shown as pictures, and failures of a kind that are listed.
 _WORST, _LISTED = 12, 200
 _BINS = 24
+# By this a report is known for one.
+_MARK = '<meta name="generator" content="retime batch">'
 
 _STYLE = """\
 :root { color-scheme: light dark; --line: #d5dae1; --quiet: #64748b; }
@@ -25,7 +28,7 @@ table { border-collapse: collapse; } td, th { padding: .25rem .8rem .25rem 0; te
 th { color: var(--quiet); font-weight: 500; } tr + tr > * { border-top: 1px solid var(--line); }
 .row { display: flex; flex-wrap: wrap; gap: 1rem; } figure { margin: 0; max-width: 392px; }
 figcaption { overflow-wrap: anywhere; } .quiet { color: var(--quiet); } svg { max-width: 100%; height: auto; }
-td { overflow-wrap: anywhere; }
+table { width: 100%; } td:first-child, th { width: 16rem; } td { overflow-wrap: anywhere; }
 """
 
 
@@ -45,10 +48,10 @@ def report_html(records: Sequence[Record], *, title: str, seconds: float) -> str
     failures = [record for record in records if record.status == "failed"]
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width">'
+        f'<meta name="viewport" content="width=device-width">{_MARK}'
         f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head><body>\n"
         f"<h1>{html.escape(title)}</h1>\n{_counts(records, seconds)}\n{_distributions(made)}\n{_worst(made)}\n"
-        f"{_failures(failures)}\n</body></html>\n"
+        f"{_failures(failures)}\n{_warnings(made)}\n</body></html>\n"
     )
 
 
@@ -75,7 +78,7 @@ def _distributions(made: Sequence[Record]) -> str:
     pictures = [
         _histogram("length, % of the input", [100 * r.frames_out / r.frames_in for r in made if r.frames_in], "%"),
         _histogram("input, seconds", [r.frames_in / r.rate for r in made if r.rate], "s"),
-        _histogram("highest speed", [_fastest(r) for r in made if r.knots], "x"),
+        _histogram("highest speed", [r.fastest for r in made if r.fastest], "x"),
         _histogram("time for an output, ms", [1000 * r.seconds for r in made], "ms"),
     ]
     return f'<h2>Distributions</h2><div class="row">{"".join(pictures)}</div>'
@@ -85,7 +88,10 @@ def _histogram(title: str, values: Iterable[float], unit: str) -> str:
     numbers = np.array([value for value in values if math.isfinite(value)])
     if not len(numbers):
         return ""
-    counts, edges = np.histogram(numbers, bins=_BINS)
+    low, high = float(numbers.min()), float(numbers.max())
+    # Of values that are all one, or differ by rounding, no parts can be made.
+    room = max(0.0, 1e-6 * max(abs(low), abs(high), 1.0) - (high - low))
+    counts, edges = np.histogram(numbers, bins=_BINS, range=(low - room, high + room))
     panel = Panel(title, float(edges[0]), float(edges[-1]), 0.0, float(counts.max()), of=unit)
     panel.rule(0.0, "0", strong=True)
     panel.rule(float(counts.max()), f"{counts.max():,}")
@@ -93,14 +99,9 @@ def _histogram(title: str, values: Iterable[float], unit: str) -> str:
     return f"<figure>{panel.svg()}<figcaption class=quiet>median {np.median(numbers):.4g} {unit}</figcaption></figure>"
 
 
-def _fastest(record: Record) -> float:
-    knots = np.array(record.knots)
-    return float((np.diff(knots[:, 1]) / np.diff(knots[:, 0])).max())
-
-
 def _lost(record: Record) -> tuple[float, float]:
     """Order outputs by what a person would look at first: flights lost, then the highest speed."""
-    return record.flights - record.flights_kept, _fastest(record) if record.knots else 0.0
+    return record.flights - record.flights_kept, record.fastest
 
 
 def _worst(made: Sequence[Record]) -> str:
@@ -115,7 +116,7 @@ def _worst(made: Sequence[Record]) -> str:
             panel.rule(float(value), f"{value:.3g}")
         panel.line(knots[:, 0], knots[:, 1])
         flights = f"{record.flights_kept} of {record.flights} flights kept" if record.flights else "no flights"
-        words = f"{flights}, up to {_fastest(record):.1f}x"
+        words = f"{flights}, up to {record.fastest:.1f}x"
         pictures.append(
             f"<figure>{panel.svg()}<figcaption>{html.escape(record.output)}<br><span class=quiet>{words}</span>"
             "</figcaption></figure>"
@@ -140,7 +141,43 @@ def _failures(failures: Sequence[Record]) -> str:
     return "".join(parts)
 
 
-def refuse_bad_place(place: str) -> None:
-    """Raise OptionError where a report could not be opened by what opens pages."""
-    if not place.lower().endswith((".html", ".htm")):
+def _warnings(made: Sequence[Record]) -> str:
+    said = [record for record in made if record.warnings]
+    if not said:
+        return ""
+    rows = "".join(
+        f"<tr><td>{html.escape(record.output)}</td><td>{'<br>'.join(map(html.escape, record.warnings))}</td></tr>"
+        for record in said[:_LISTED]
+    )
+    more = f"<p class=quiet>{len(said) - _LISTED:,} more stand in the manifest.</p>" if len(said) > _LISTED else ""
+    return f"<h2>Warnings</h2><p>Of {len(said):,} outputs.</p><table>{rows}</table>{more}"
+
+
+def refuse_bad_place(place: Path, out: Path, *, force: bool) -> None:
+    """Refuse a place for a report while it is early: a page that can't be written after a long night helps nobody.
+
+    Parameters
+    ----------
+    place : Path
+        Of the report.
+    out : Path
+        The folder of outputs, which may still have to be made.
+    force : bool
+        Replace a file that is no report.
+
+    Raises
+    ------
+    OptionError
+        What opens pages would not open it, or its folder is not there.
+    OutputExistsError
+        A file is there that no run has written.
+    """
+    if not place.name.lower().endswith((".html", ".htm")):
         raise OptionError(f"a report is a page, .html; found {place}")
+    folder = place.absolute().parent
+    if not folder.is_dir() and folder != out.absolute():
+        raise OptionError(f"the report's folder {folder} is not there")
+    if place.exists() and not force:
+        with place.open("rb") as file:
+            if _MARK.encode() not in file.read(1000):
+                raise OutputExistsError(place)

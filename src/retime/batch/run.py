@@ -11,12 +11,12 @@ from os import PathLike
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from retime.batch.engine import CHUNK, Bounds, connect, run_on, run_serially
-from retime.batch.manifest import Known, Manifest, failure_key
+from retime.batch.engine import CHUNK, Bounds, connect, disconnect, run_on, run_serially, share_of_memory
+from retime.batch.manifest import MANIFEST, STATE, TABLE, Known, Manifest, failure_key
 from retime.batch.recipe import Recipe
-from retime.batch.task import ClipTask, Record
+from retime.batch.task import ClipTask, Record, places_with
 from retime.batch.treatment import Treatment, settings
-from retime.batch.tree import FRAME_CUTS, FoundClip, Tree, find_clips, output_names, remapped_cuts
+from retime.batch.tree import FoundClip, Tree, find_clips, output_names, remapped_cuts
 from retime.brief import brief_repr
 from retime.errors import OptionError
 from retime.file_names import name_key
@@ -86,17 +86,29 @@ class BatchResult:
         return {status: found[status] for status in ("done", "kept", "failed")}
 
 
-def plan(
-    folder: Path,
-    out: Path,
-    recipe: Recipe,
-    known: Known,
-    *,
-    restart: bool = False,
-    retry: bool = False,
-    force: bool = False,
-) -> Plan:
-    """Say what is to be done for each clip of a folder.
+@dataclass(frozen=True)
+class Survey:
+    """What there is, and what each clip gets, whatever earlier runs have done.
+
+    Attributes
+    ----------
+    tree : Tree
+        Where the clips are.
+    out : Path
+        Where their outputs go.
+    tasks : tuple of ClipTask
+        A task a clip that is not left out.
+    """
+
+    tree: Tree
+    out: Path
+    tasks: tuple[ClipTask, ...]
+
+    __repr__ = brief_repr
+
+
+def survey(folder: Path, out: Path, recipe: Recipe) -> Survey:
+    """Look at a folder, and say what each of its clips gets. Nothing is written.
 
     Parameters
     ----------
@@ -104,20 +116,15 @@ def plan(
         Where the clips are, and where their outputs go.
     recipe : Recipe
         What each gets.
-    known : Known
-        What earlier runs left.
-    restart : bool
-        Do everything again.
-    retry : bool
-        Try again what failed, though nothing has changed.
-    force : bool
-        Replace files in `out` that no run wrote.
 
     Raises
     ------
     OptionError
-        One folder lies in the other, the recipe speaks of clips that are not there, or two clips have one output.
+        One folder lies in the other, the recipe speaks of clips or references that are not there, or two files would
+        be written under one name.
     """
+    # A worker may stand elsewhere.
+    folder, out = folder.absolute(), out.absolute()
     real_in, real_out = Path(os.path.realpath(folder)), Path(os.path.realpath(out))
     if real_in == real_out or real_in in real_out.parents or real_out in real_in.parents:
         raise OptionError(
@@ -126,25 +133,59 @@ def plan(
     patterns = {name for one in (recipe.base, *_treatments(recipe)) for name in one.beside}
     tree = find_clips(folder, beside=tuple(sorted(patterns)))
     recipe.refuse_unknown([clip.name for clip in tree.clips])
-    treatments = {clip.name: recipe.treatment_of(clip.name) for clip in tree.clips}
+    treatments = {clip.name: _with_places(recipe.treatment_of(clip.name)) for clip in tree.clips}
+    _refuse_missing(treatments.values())
     names = {
         ending: output_names(
             replace(tree, clips=tuple(c for c in tree.clips if _ending(treatments[c.name]) == ending)), ending
         )
         for ending in {_ending(one) for one in treatments.values()}
     }
-    tasks, taken = [], dict[str, str]()
-    for clip in tree.clips:
-        treatment = treatments[clip.name]
-        if treatment is None:
-            continue
-        output = names[treatment.format][clip.name]
-        if name_key(output) in taken:
-            raise OptionError(f"{taken[name_key(output)]} and {clip.name} would both be written as {output}")
-        taken[name_key(output)] = clip.name
-        tasks.append(_task(clip, output, treatment, out, known, restart=restart, retry=retry, force=force))
-    sizes = {clip.name: clip.size for clip in tree.clips}
-    return Plan(tuple(tasks), tree, out, sizes, len(tree.clips) - len(tasks))
+    tasks = [
+        _task(clip, names[treatment.format][clip.name], treatment, out)
+        for clip in tree.clips
+        if (treatment := treatments[clip.name]) is not None
+    ]
+    _refuse_shared_places(tasks, tree)
+    return Survey(tree, out, tuple(tasks))
+
+
+def plan(
+    surveyed: Survey,
+    known: Known,
+    *,
+    bounds: Bounds | None = None,
+    restart: bool = False,
+    retry: bool = False,
+    force: bool = False,
+) -> Plan:
+    """Say what is to be done, after what earlier runs have left.
+
+    Parameters
+    ----------
+    surveyed : Survey
+        What each clip gets.
+    known : Known
+        What earlier runs left.
+    bounds : Bounds, optional
+        What a clip may take now: one that met a narrower bound is tried again.
+    restart : bool
+        Do everything again.
+    retry : bool
+        Try again what failed, though nothing has changed.
+    force : bool
+        Replace files in `out` that no run wrote.
+    """
+    bounds = bounds or Bounds()
+    tasks = []
+    for task in surveyed.tasks:
+        before = {} if restart else {place: known.records[place] for place in task.places if place in known.records}
+        failed = None if restart or retry else known.records.get(failure_key(task.name))
+        if failed is not None and bounds.wider_than(failed):
+            failed = None
+        tasks.append(replace(task, before=before, failed_before=failed, overwrite=force or known.may_replace(task)))
+    sizes = {clip.name: clip.size for clip in surveyed.tree.clips}
+    return Plan(tuple(tasks), surveyed.tree, surveyed.out, sizes, len(surveyed.tree.clips) - len(tasks))
 
 
 def _treatments(recipe: Recipe) -> Iterator[Treatment]:
@@ -157,39 +198,57 @@ def _ending(treatment: Treatment | None) -> str | None:
     return None if treatment is None else treatment.format
 
 
-def _task(
-    clip: FoundClip,
-    output: str,
-    treatment: Treatment,
-    out: Path,
-    known: Known,
-    *,
-    restart: bool,
-    retry: bool,
-    force: bool,
-) -> ClipTask:
+def _with_places(treatment: Treatment | None) -> Treatment | None:
+    """Say of references and a skeleton where they are, for a worker that stands elsewhere."""
+    if treatment is None or not (treatment.reference or treatment.skeleton):
+        return treatment
+    skeleton = treatment.skeleton and str(Path(treatment.skeleton).absolute())
+    return replace(
+        treatment, reference=tuple(str(Path(one).absolute()) for one in treatment.reference), skeleton=skeleton
+    )
+
+
+def _refuse_missing(treatments: Iterable[Treatment | None]) -> None:
+    """Raise OptionError where a file that clips need is not there: each of them would fail of it."""
+    given = [one for one in treatments if one is not None]
+    named = {path: "reference" for one in given for path in one.reference}
+    named |= {one.skeleton: "skeleton" for one in given if one.skeleton is not None}
+    for path, name in named.items():
+        if not Path(path).is_file():
+            raise OptionError(f"the {name} {path} is not there")
+
+
+def _refuse_shared_places(tasks: Iterable[ClipTask], tree: Tree) -> None:
+    """Raise OptionError where two files would be written under one name: one of them would be lost."""
+    taken = {name_key(name): "the run itself" for name in (MANIFEST, TABLE, STATE, *(cuts.name for cuts in tree.cuts))}
+    for task in tasks:
+        for number in range(len(task.places)):
+            for place, source in zip(
+                places_with(task, number),
+                (task.name, *(f"what lies beside {task.name}" for _ in task.beside)),
+                strict=True,
+            ):
+                other = taken.setdefault(name_key(place), source)
+                if other is not source:
+                    raise OptionError(
+                        f"{other} and {source} would both be written as {place}: leave one of them out (a rule of a "
+                        "recipe with skip = true, or beside = []), or rename it"
+                    )
+
+
+def _task(clip: FoundClip, output: str, treatment: Treatment, out: Path) -> ClipTask:
     if clip.cut is not None and treatment.frames is None:
         treatment = replace(treatment, frames=f"{clip.cut[0]}:{clip.cut[1]}")
     places = tuple(_numbered(output, treatment.variants))
     stem = plain_path(PurePosixPath(clip.name)).stem
     beside = []
-    for pattern in treatment.beside:
+    for pattern in dict.fromkeys(treatment.beside):
         source = clip.path.with_name(pattern.replace("{stem}", stem))
         if source.is_file():
             # Named by the clip that it then belongs to: of a variant, that.
             names = (place.with_name(pattern.replace("{stem}", place.stem)) for place in map(PurePosixPath, places))
             beside.append((str(source), tuple(map(str, names))))
-    return ClipTask(
-        str(clip.path),
-        clip.name,
-        str(out),
-        places,
-        treatment,
-        tuple(beside),
-        {} if restart else {place: known.records[place] for place in places if place in known.records},
-        None if restart or retry else known.records.get(failure_key(clip.name)),
-        force or known.may_write(out, places),
-    )
+    return ClipTask(str(clip.path), clip.name, str(out), places, treatment, tuple(beside))
 
 
 def _numbered(name: str, variants: int) -> list[str]:
@@ -233,7 +292,8 @@ def run(
     chunk : int
         Clips of a task of Dask's.
     most_memory : int, optional
-        Bytes that a process at work may take.
+        Bytes that a process at work may take; left out, an equal share of this machine's, or of what the client's
+        workers may take.
     most_seconds : float
         Seconds that a clip may take.
     restart : bool
@@ -258,12 +318,14 @@ def run(
     """
     start = time.perf_counter()
     recipe = recipe if isinstance(recipe, Recipe) else Recipe(Treatment().with_(settings(recipe or {})))
-    folder, out = Path(folder), Path(out)
+    if most_memory is None and client is None:
+        most_memory = share_of_memory(workers)
     bounds = Bounds(most_memory, most_seconds)
-    out.mkdir(parents=True, exist_ok=True)
-    manifest = Manifest(out)
+    surveyed = survey(Path(folder), Path(out), recipe)
+    surveyed.out.mkdir(parents=True, exist_ok=True)
+    manifest = Manifest(surveyed.out)
     try:
-        planned = plan(folder, out, recipe, manifest.known, restart=restart, retry=retry, force=force)
+        planned = plan(surveyed, manifest.known, bounds=bounds, restart=restart, retry=retry, force=force)
         records = list(
             do_plan(planned, manifest, bounds, client=client, workers=workers, chunk=chunk, progress=progress)
         )
@@ -300,9 +362,7 @@ def do_plan(
                 progress(tasks[records[0].name], records)
     finally:
         if own is not None:
-            cluster = own.cluster
-            own.close()
-            cluster.close()
+            disconnect(own)
     ordered = [record for name in tasks for record in found[name]]
     for folder in {Path(task.out, place).parent for task in tasks.values() for place in task.places}:
         if folder.is_dir():
@@ -313,8 +373,18 @@ def do_plan(
 
 
 def _write_cuts(planned: Plan, records: Iterable[Record]) -> None:
-    """Write the tree's table of cuts for the outputs, where it has one."""
-    if not planned.tree.cuts:
-        return
-    lengths = {PurePosixPath(record.name).stem: record.frames_out for record in records if record.status != "failed"}
-    write_bytes(planned.out / FRAME_CUTS, remapped_cuts(planned.tree.cuts, lengths).encode(), overwrite=True)
+    """Write the tree's tables of cuts for the outputs, where it has such."""
+    found: dict[str, list[tuple[int, int]]] = {}
+    for record in records:
+        found.setdefault(record.name, [])
+        if record.status != "failed":
+            found[record.name].append((record.variant, record.frames_out))
+    for cuts in planned.tree.cuts:
+        outputs = {
+            plain_path(PurePosixPath(name)).stem: tuple(one)
+            for name, one in found.items()
+            if PurePosixPath(cuts.name).parent in PurePosixPath(name).parents
+        }
+        place = planned.out / cuts.name
+        if outputs and place.parent.is_dir():
+            write_bytes(place, remapped_cuts(cuts.rows, outputs).encode(), overwrite=True)

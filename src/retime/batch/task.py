@@ -9,7 +9,7 @@ from typing import Any, Literal
 from retime.batch.treatment import Treatment, settings
 from retime.brief import brief_repr
 
-Status = Literal["done", "kept", "failed"]
+Status = Literal["done", "kept", "failed", "old"]
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,9 @@ class Record:
         The clip.
     output : str
         The file, as it stands in the folder of all outputs; "" where the clip failed.
-    status : {"done", "kept", "failed"}
-        "kept": it was there, made of the same by the same.
+    status : {"done", "kept", "failed", "old"}
+        "kept": it was there, made of the same by the same. "old", in a manifest only: an earlier run made it, and the
+        last one had no such output (a clip that is left out, or fails by now; fewer variants).
     hash : str
         Of all that it is made of: the bytes that were read, the treatment, the version of retime.
     files : tuple of str
@@ -108,6 +109,13 @@ class Record:
         Of a failure: what kind, and what was said.
     warnings : tuple of str
         What was assumed or repaired.
+    others : tuple of str
+        Files that were written with the output, as they stand in the folder of all outputs: labels, a skeleton, a
+        buffer.
+    fastest : float
+        The highest speed at which the output shows the clip; 0 where several animations have several.
+    limit : float
+        Of a failure the bound that it met: seconds, or bytes of memory; 0 where it met none.
     """
 
     name: str
@@ -129,6 +137,9 @@ class Record:
     code: str = ""
     message: str = ""
     warnings: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+    fastest: float = 0.0
+    limit: float = 0.0
 
     __repr__ = brief_repr
 
@@ -143,7 +154,13 @@ class Record:
             **{
                 **given,
                 "files": tuple(given["files"]),
+                "others": tuple(given.get("others", ())),
                 "warnings": tuple(given["warnings"]),
                 "knots": tuple((a, b) for a, b in given["knots"]),
             }
         )
+
+
+def places_with(task: ClipTask, number: int) -> list[str]:
+    """Return the places of one output of a task and of the files beside it."""
+    return [task.places[number], *(places[number] for _, places in task.beside)]

@@ -91,7 +91,8 @@ class Treatment:
     variants : int
         How many different timings a clip gets; 0: one warp, as the other options say.
     speeds : str, optional
-        Of variants: the mean speeds between which their lengths are drawn, ``0.8..1.25``.
+        Of variants: the mean speeds between which their lengths are drawn, ``0.8..1.25``. Written ``speed``, as
+        of the command; without variants that is the search's.
     seed : int
         Of variants.
     beside : tuple of str
@@ -150,7 +151,14 @@ class Treatment:
         """Return this treatment with other settings, as `settings` returns them."""
         fields = {name: value for name, value in given.items() if name in _FIELDS}
         search = {name: value for name, value in given.items() if name not in _FIELDS}
-        return dataclasses.replace(self, search={**self.search, **search}, **fields)
+        search = {**self.search, **search}
+        if fields.get("variants", self.variants):
+            if "speed" in search:
+                # Of variants it says between which mean speeds their lengths are drawn, wherever it was written.
+                fields.setdefault("speeds", str(search.pop("speed")))
+        elif "speeds" not in fields:
+            fields["speeds"] = None
+        return dataclasses.replace(self, search=search, **fields)
 
     def to_json(self) -> dict[str, Any]:
         """Return it as JSON has it, without what is at its default: what `settings` reads."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path, PurePosixPath
@@ -21,6 +22,8 @@ FRAME_CUTS = "Frame_Cuts.csv"
 
 # What a run leaves in its output folder, which may be the next one's input.
 _OWN = ("manifest.jsonl", "manifest.parquet")
+# What AMASS has beside its clips: the shape of a body, and what its markers told of it.
+_OF_BODIES = re.compile(r"shape\.npz|(?:neutral|female|male)_stagei\.npz")
 _NO_CUT = {"", "n/a", "na", "nan"}
 
 
@@ -47,6 +50,25 @@ class FoundClip:
 
 
 @dataclass(frozen=True, eq=False)
+class Cuts:
+    """A table `FRAME_CUTS`: for the clips of its folder and of those below.
+
+    Attributes
+    ----------
+    name : str
+        Its place below the tree's folder, with ``/``.
+    rows : tuple of dict
+        As they are written.
+    frames : dict of str to (int, int)
+        Frames that are meant of a clip, both included, by its name without folder and ending.
+    """
+
+    name: str
+    rows: tuple[dict[str, str], ...]
+    frames: dict[str, tuple[int, int]]
+
+
+@dataclass(frozen=True, eq=False)
 class Tree:
     """A folder of clips.
 
@@ -56,13 +78,13 @@ class Tree:
         The folder.
     clips : tuple of FoundClip
         Its clips, by name.
-    cuts : tuple of dict, optional
-        Rows of its `FRAME_CUTS`, where it has one.
+    cuts : tuple of Cuts
+        Its tables `FRAME_CUTS`.
     """
 
     root: Path
     clips: tuple[FoundClip, ...]
-    cuts: tuple[dict[str, str], ...] = field(default=())
+    cuts: tuple[Cuts, ...] = field(default=())
 
 
 def find_clips(root: Path, *, beside: tuple[str, ...] = ()) -> Tree:
@@ -80,13 +102,15 @@ def find_clips(root: Path, *, beside: tuple[str, ...] = ()) -> Tree:
     OptionError
         It is no folder.
     FormatError
-        Its `FRAME_CUTS` is none.
+        A `FRAME_CUTS` in it is none.
     """
     if not root.is_dir():
         raise OptionError(f"{root} is not a folder")
     endings = {suffix for known in FORMATS if not known.shared_ending for suffix in known.suffixes}
     files = {path.relative_to(root).as_posix(): path for path in _files(root)}
-    cuts, rows = _frame_cuts(root / FRAME_CUTS) if FRAME_CUTS in files else ({}, ())
+    cuts = [_frame_cuts(files[name], name) for name in sorted(files) if PurePosixPath(name).name == FRAME_CUTS]
+    # The nearest table above a clip holds for it.
+    by_folder = {PurePosixPath(one.name).parent: one for one in cuts}
     belonging = set[str]()
     for name in files:
         plain = plain_path(PurePosixPath(name))
@@ -94,10 +118,15 @@ def find_clips(root: Path, *, beside: tuple[str, ...] = ()) -> Tree:
             belonging.add(str(PurePosixPath(name).with_name(pattern.replace("{stem}", plain.stem))))
     clips = []
     for name, path in sorted(files.items()):
-        if plain_path(path).suffix.lower() not in endings or name in (FRAME_CUTS, *_OWN) or name in belonging:
+        place = PurePosixPath(name)
+        if plain_path(path).suffix.lower() not in endings or name in belonging:
             continue
-        clips.append(FoundClip(path, name, path.stat().st_size, cuts.get(plain_path(path).stem)))
-    return Tree(root, tuple(clips), rows)
+        if name in _OWN or place.name == FRAME_CUTS or _OF_BODIES.fullmatch(place.name):
+            continue
+        table = next((by_folder[above] for above in place.parents if above in by_folder), None)
+        cut = None if table is None else table.frames.get(plain_path(place).stem)
+        clips.append(FoundClip(path, name, path.stat().st_size, cut))
+    return Tree(root, tuple(clips), tuple(cuts))
 
 
 def _files(root: Path) -> Iterator[Path]:
@@ -131,46 +160,60 @@ def output_names(tree: Tree, ending: str | None) -> dict[str, str]:
     return found
 
 
-def _frame_cuts(path: Path) -> tuple[dict[str, tuple[int, int]], tuple[dict[str, str], ...]]:
+def _frame_cuts(path: Path, name: str) -> Cuts:
     """Read a table of cuts: for the clip ``STYLE_XX`` the frames from ``XX_START`` to ``XX_STOP``."""
     rows = tuple(csv.DictReader(StringIO(read_bytes(path).decode("utf-8-sig", errors="replace"))))
     if not rows or "STYLE_NAME" not in rows[0]:
         raise FormatError("expected a table of cuts with a column STYLE_NAME", path=path, line=1)
     found = {}
     for line, row in enumerate(rows, start=2):
-        for column, start in row.items():
-            kind, _, end = (column or "").rpartition("_")
-            if end != "START" or start is None or start.strip().lower() in _NO_CUT:
+        for kind in _kinds(row):
+            start, stop = ((row.get(f"{kind}_{end}") or "").strip() for end in ("START", "STOP"))
+            if start.lower() in _NO_CUT:
                 continue
-            stop = row.get(f"{kind}_STOP")
-            first, last = count_of(start.strip()), count_of((stop or "").strip())
+            first, last = count_of(start), count_of(stop)
             if first is None or last is None:
                 raise FormatError(f"expected frames {kind}_START and {kind}_STOP", path=path, line=line)
             if not first < last:
-                raise FormatError(f"{kind}: frames {start[:20]} to {stop!s:.20} are no range", path=path, line=line)
+                raise FormatError(f"{kind}: frames {start[:20]} to {stop:.20} are no range", path=path, line=line)
             found[f"{row['STYLE_NAME']}_{kind}"] = first, last
-    return found, rows
+    return Cuts(name, rows, found)
 
 
-def remapped_cuts(rows: tuple[dict[str, str], ...], lengths: dict[str, int]) -> str:
+def _kinds(row: Mapping[str, str]) -> list[str]:
+    """Return the kinds of clips of which a table of cuts speaks: those of the columns ``XX_START``."""
+    return [column.removesuffix("_START") for column in row if column is not None and column.endswith("_START")]
+
+
+def remapped_cuts(rows: Sequence[Mapping[str, str]], outputs: Mapping[str, Sequence[tuple[int, int]]]) -> str:
     """Return the table of cuts of the outputs: what was cut is all of them, from frame 0 on.
 
     Parameters
     ----------
-    rows : tuple of dict
+    rows : sequence of mapping
         Of the input's table.
-    lengths : dict of str to int
-        Frames of the outputs, by the clip's name without folder and ending.
+    outputs : mapping of str to sequence of (int, int)
+        Of each clip, by its name without folder and ending: the number (0 for the only one) and the frames of each
+        output. Variants get columns of their own, for they are clips of the new tree: ``FW_1_START`` of ``FW_1``. A
+        clip that has no such output is not there, ``N/A``.
     """
-    out = StringIO()
-    writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n", extrasaction="ignore")
-    writer.writeheader()
+    new_rows = []
+    columns = [column for column in rows[0] if column is not None]
     for row in rows:
-        new = dict(row)
-        for column in row:
-            kind, _, end = (column or "").rpartition("_")
-            name = f"{row['STYLE_NAME']}_{kind}"
-            if end in ("START", "STOP") and name in lengths:
-                new[column] = "0" if end == "START" else str(lengths[name] - 1)
-        writer.writerow(new)
+        new = {name: value for name, value in row.items() if name is not None}
+        for kind in _kinds(row):
+            made = outputs.get(f"{row['STYLE_NAME']}_{kind}")
+            if made is None:
+                continue
+            new[f"{kind}_START"] = new[f"{kind}_STOP"] = "N/A"
+            width = len(str(max((number for number, _ in made), default=0)))
+            for number, frames in made:
+                named = f"{kind}_{number:0{width}d}" if number else kind
+                new |= {f"{named}_START": "0", f"{named}_STOP": str(frames - 1)}
+        columns += [name for name in new if name not in columns]
+        new_rows.append(new)
+    out = StringIO()
+    writer = csv.DictWriter(out, columns, restval="N/A", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(new_rows)
     return out.getvalue()

@@ -21,6 +21,7 @@ from retime.cli.terminal import live_line, report_error, say, say_json, say_tabl
 from retime.errors import OptionError
 
 if TYPE_CHECKING:
+    from retime.batch.engine import Bounds
     from retime.batch.run import Plan
     from retime.batch.task import ClipTask, Record
 
@@ -151,7 +152,7 @@ def _setting_options(function: Any) -> Any:
     cls=Option,
     section="Run",
     metavar="SIZE",
-    default_text="no bound",
+    default_text="an equal share",
     help="Memory that a process at work may take, such as 2GB; a clip that wants more fails.",
 )
 @click.option(
@@ -210,11 +211,11 @@ def command(
     an earlier run ended. OUT_DIR/manifest.jsonl says what became of each; the exit code is 0 where all is well, 4 where
     some clips failed, 5 where all did.
     """
-    from retime.batch.engine import Bounds, connect
+    from retime.batch.engine import Bounds, connect, count_threads, disconnect, share_of_memory
     from retime.batch.manifest import Known, Manifest
     from retime.batch.recipe import Recipe, read_recipe
     from retime.batch.report import refuse_bad_place, report_html
-    from retime.batch.run import do_plan, plan
+    from retime.batch.run import do_plan, plan, survey
     from retime.batch.treatment import Treatment, settings
     from retime.files import write_bytes
 
@@ -222,31 +223,34 @@ def command(
     if scheduler is not None and workers is not None:
         raise OptionError("--workers is of a cluster on this machine, --scheduler names another: give one of them")
     if report is not None:
-        refuse_bad_place(str(report))
-    bounds = Bounds(None if memory is None else _size(memory), time_limit)
+        refuse_bad_place(report, out, force=force)
+    own_share = share_of_memory(workers) if scheduler is None else None
+    bounds = Bounds(own_share if memory is None else _size(memory), time_limit)
     written = {name: value for name, value in given.items() if value not in (None, ())} | search
-    if written.get("variants") and "speed" in written:
-        written["speeds"] = written.pop("speed")
     for name in ("reference", "skeleton"):
         if name in written:
             value = written[name]
             written[name] = str(Path(value).absolute()) if isinstance(value, str) else _absolute(value)
     base = Treatment().with_(settings(written))
     chosen = Recipe(base) if recipe is None else read_recipe(recipe, base)
-    choices = {"restart": not resume, "retry": retry, "force": force}
+    surveyed = survey(folder, out, chosen)
+    if not surveyed.tasks:
+        raise OptionError(f"{folder} holds no clip of a known format" + " that the recipe means" * (recipe is not None))
+    choices: dict[str, Any] = {"bounds": bounds, "restart": not resume, "retry": retry, "force": force}
     if dry_run:
-        planned = plan(folder, out, chosen, Manifest.look(out) if out.is_dir() else Known(), **choices)
-        _say_plan(planned, workers or os.cpu_count() or 1, as_json=as_json)
+        processes = 1 if workers == 0 else workers or os.cpu_count() or 1
+        if scheduler is not None:
+            client = connect(scheduler, workers=0)
+            processes = count_threads(client)
+            disconnect(client, keep_cluster=True)
+        planned = plan(surveyed, Manifest.look(out) if out.is_dir() else Known(), **choices)
+        _say_plan(planned, bounds, min(processes, len(planned.tasks)), as_json=as_json)
         return
     out.mkdir(parents=True, exist_ok=True)
     manifest = Manifest(out)
     client = None
     try:
-        planned = plan(folder, out, chosen, manifest.known, **choices)
-        if not planned.tasks:
-            raise OptionError(
-                f"{folder} holds no clip of a known format" + " that the recipe means" * (recipe is not None)
-            )
+        planned = plan(surveyed, manifest.known, **choices)
         if workers != 0:
             client = connect(scheduler, workers=min(workers or os.cpu_count() or 1, len(planned.tasks)))
             if not quiet and not as_json:
@@ -256,15 +260,12 @@ def command(
     finally:
         live_line.clear()
         if client is not None:
-            cluster = client.cluster
-            client.close()
-            if scheduler is None:
-                cluster.close()
+            disconnect(client, keep_cluster=scheduler is not None)
         manifest.close()
     seconds = time.perf_counter() - begun
     if report is not None:
         page = report_html(records, title=f"{folder} to {out}", seconds=seconds)
-        write_bytes(report, page.encode(), overwrite=force or resume)
+        write_bytes(report, page.encode(errors="backslashreplace"), overwrite=True)
     _say_end(records, out, report, seconds, as_json=as_json, quiet=quiet)
     failed = sum(record.status == "failed" for record in records)
     if failed:
@@ -281,7 +282,8 @@ class _Progress:
     def __init__(self, planned: Plan, *, quiet: bool) -> None:
         self._sizes = planned.sizes
         self._clips, self._bytes = len(planned.tasks), sum(planned.sizes[task.name] for task in planned.tasks)
-        self._done = self._read = self._failed = 0
+        self._done = self._read = 0
+        self._failed = Counter[str]()
         self._begun = self._said = time.perf_counter()
         self._quiet = quiet
         self._live = not quiet and sys.stderr is not None and sys.stderr.isatty()
@@ -291,7 +293,7 @@ class _Progress:
         self._done += 1
         self._read += self._sizes[task.name]
         if records[0].status == "failed":
-            self._failed += 1
+            self._failed[records[0].code] += 1
             if not self._quiet:
                 live_line.clear()
                 report_error(f"{task.name}: {records[0].code}: {records[0].message}")
@@ -301,15 +303,21 @@ class _Progress:
             left = (now - self._begun) * (self._bytes - self._read) / max(1, self._read)
             live_line.show(
                 f"{self._done:,} of {self._clips:,} clips, {_bytes(self._read)} of {_bytes(self._bytes)}, "
-                f"{self._failed:,} failed, {_clock(left)} left"
+                f"{_kinds(self._failed)} failed, {_clock(left)} left"
             )
 
 
-def _say_plan(planned: Plan, workers: int, *, as_json: bool) -> None:
+def _kinds(counted: Counter[str]) -> str:
+    """Say how many failed, and of what."""
+    kinds = ", ".join(f"{n:,} {code}" for code, n in counted.most_common())
+    return f"{counted.total():,}" + f" ({kinds})" * bool(kinds)
+
+
+def _say_plan(planned: Plan, bounds: Bounds, processes: int, *, as_json: bool) -> None:
     from retime.batch.trial import estimate
 
-    tried = estimate(planned.tasks, dict(planned.sizes))
-    recorded = sum(all(place in task.before for place in task.places) for task in planned.tasks)
+    tried = estimate(planned.tasks, planned.sizes, bounds)
+    seconds = None if tried.seconds is None or not processes else tried.seconds / processes
     outputs = sum(len(task.places) for task in planned.tasks)
     if as_json:
         say_json(
@@ -317,22 +325,37 @@ def _say_plan(planned: Plan, workers: int, *, as_json: bool) -> None:
                 "clips": len(planned.tasks),
                 "left_out": planned.n_left_out,
                 "outputs": outputs,
-                "recorded": recorded,
-                "seconds": tried.seconds / workers,
+                "kept": tried.n_kept,
+                "failed_before": tried.n_failed_before,
+                "to_do": tried.n_left,
+                "in_the_way": list(tried.in_the_way),
+                "seconds": seconds,
                 "bytes": tried.n_bytes,
                 "tried": tried.n_tried,
                 "failed": tried.n_failed,
             }
         )
         return
+    size = "nobody knows how large" if tried.n_bytes is None else f"about {_bytes(tried.n_bytes)} are new"
+    long = "nobody knows how long: what was tried failed" if tried.seconds is None else "no worker is there"
+    if seconds is not None:
+        long = f"about {_clock(seconds)} by {processes} process" + "es" * (processes != 1)
+    again = ", and not tried again: nothing has changed (--retry)"
     rows = [
         ("clips", f"{len(planned.tasks):,}" + f", {planned.n_left_out:,} left out" * bool(planned.n_left_out)),
-        ("outputs", f"{outputs:,}, about {_bytes(tried.n_bytes)}"),
-        ("recorded", f"{recorded:,} clips by an earlier run; unchanged ones are kept"),
-        ("time", f"about {_clock(tried.seconds / workers)} by {workers} processes"),
+        ("outputs", f"{outputs:,}, {size}"),
+        ("to do", f"{tried.n_left:,} clips"),
+        ("kept", f"{tried.n_kept:,} clips that an earlier run has done"),
+        *[("failed", f"{tried.n_failed_before:,} clips in an earlier run" + again)] * bool(tried.n_failed_before),
+        *[("in the way", f"{len(tried.in_the_way):,} files that no run has written (--force)")]
+        * bool(tried.in_the_way),
+        ("time", long),
         ("tried", f"{tried.n_tried} clips, of which {tried.n_failed} failed"),
     ]
-    rows += [(task.name, f"-> {', '.join(task.places[:3])}") for task in planned.tasks[:10]]
+    rows += [
+        (task.name.replace("\n", "\\n"), f"-> {', '.join(task.places[:3])}" + " ..." * (len(task.places) > 3))
+        for task in planned.tasks[:10]
+    ]
     say_table(rows)
     if len(planned.tasks) > 10:
         say(f"... and {len(planned.tasks) - 10:,} more clips")
@@ -343,11 +366,13 @@ def _say_end(
 ) -> None:
     counts = Counter(record.status for record in records)
     kinds = Counter(record.code for record in records if record.status == "failed")
+    warned = len({record.name for record in records if record.warnings})
     if as_json:
         say_json(
             {
                 **{status: counts[status] for status in ("done", "kept", "failed")},
                 "failures": dict(kinds),
+                "warned": warned,
                 "seconds": seconds,
                 "manifest": str(out / "manifest.jsonl"),
                 "report": None if report is None else str(report),
@@ -358,6 +383,7 @@ def _say_end(
             ("done", f"{counts['done']:,} outputs in {_clock(seconds)}"),
             ("kept", f"{counts['kept']:,} that were there"),
             ("failed", f"{counts['failed']:,} clips" + "".join(f", {n:,} {code}" for code, n in kinds.most_common())),
+            *[("warned", f"of {warned:,} clips; the manifest has the words")] * bool(warned),
             ("wrote", str(out / "manifest.jsonl")),
         ]
         say_table(rows + [("wrote", str(report))] * (report is not None))
