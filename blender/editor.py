@@ -96,7 +96,7 @@ def launch(command: str, project: Path) -> None:
         )
 
 
-def take_back(scene: Thing, objects: Sequence[Thing], settings: Thing, project: Path) -> list[str]:
+def take_back(data: Thing, scene: Thing, objects: Sequence[Thing], settings: Thing, project: Path) -> list[str]:
     """Give objects the timing of a project as it was saved; return what is to be said.
 
     Raises
@@ -114,6 +114,6 @@ def take_back(scene: Thing, objects: Sequence[Thing], settings: Thing, project: 
     timing = Timing.of_seconds(solution.warp, float(start), rate_of(scene))
     if settings.tolerance > 0:
         timing = timing.simplified(settings.tolerance)
-    report = retime(objects, scene, timing, wanted_of(settings))
+    report = retime(data, objects, scene, timing, wanted_of(settings))
     write_curve(scene, timing)
     return [*summary(timing, solution.sources.clips[0], solution.search), *report.lines()]

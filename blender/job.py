@@ -108,12 +108,12 @@ class Job:
             timing = timing.simplified(self.tolerance)
         return Answer(timing, self.answer.found, self.answer.warnings)
 
-    def finish(self, scene: Thing) -> list[str]:
+    def finish(self, data: Thing, scene: Thing) -> list[str]:
         """Give the objects the timing that was found; return what is to be said."""
         found = self.answered()
         for unit, action, slot in self.before:
             assign(unit, action, slot)
-        report = retime(self.objects, scene, found.timing, self.wanted)
+        report = retime(data, self.objects, scene, found.timing, self.wanted)
         write_curve(scene, found.timing)
         return [*summary(found.timing, self.asked.clips[0], found.found), *report.lines(), *found.warnings]
 
@@ -397,7 +397,7 @@ def drawn_timing(scene: Thing) -> Timing:
     return Timing(Warp(times, np.append(segments(times[:-1])[:, 0], segments.end_value[0])), rate_of(scene))
 
 
-def use_drawn(scene: Thing, objects: Sequence[Thing], settings: Thing) -> list[str]:
+def use_drawn(data: Thing, scene: Thing, objects: Sequence[Thing], settings: Thing) -> list[str]:
     """Give objects the timing of the curve; return what is to be said."""
     objects = what_moves(objects)
     timing = drawn_timing(scene)
@@ -405,6 +405,6 @@ def use_drawn(scene: Thing, objects: Sequence[Thing], settings: Thing) -> list[s
         timing = timing.simplified(settings.tolerance)
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always", RetimeWarning)
-        report = retime(objects, scene, timing, wanted_of(settings))
+        report = retime(data, objects, scene, timing, wanted_of(settings))
     before, after = timing.input_end - float(timing.warp.input_times[0]) + 1, timing.end - timing.start + 1
     return [f"{before:g} → {after:g} frames, by the curve", *report.lines(), *(str(one.message) for one in heard)]

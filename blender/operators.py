@@ -71,8 +71,8 @@ class _Searching:
 
     def _finish(self, context: Any) -> None:
         assert self._job is not None
-        finish = self._job.preview if self.only_show else self._job.finish
-        lines = finish(context.scene)
+        job, scene = self._job, context.scene
+        lines = job.preview(scene) if self.only_show else job.finish(bpy.data, scene)
         show(context.scene.retime, lines)
         self.report({"INFO"}, lines[0])
 
@@ -191,7 +191,7 @@ class RETIME_OT_use_curve(_Plain, bpy.types.Operator):
     bl_label = "Use the Curve"
 
     def work(self, context: Any, settings: Any) -> None:
-        show(settings, use_drawn(context.scene, selection(context), settings))
+        show(settings, use_drawn(bpy.data, context.scene, selection(context), settings))
 
 
 class RETIME_OT_add_keytime(_Plain, bpy.types.Operator):
@@ -349,7 +349,7 @@ class RETIME_OT_take_from_editor(_Plain, bpy.types.Operator):
         if not settings.project:
             raise OptionError("open the clip in the editor first, or choose a project", option="project")
         place = Path(bpy.path.abspath(settings.project))
-        show(settings, editor.take_back(context.scene, selection(context), settings, place))
+        show(settings, editor.take_back(bpy.data, context.scene, selection(context), settings, place))
 
 
 class RetimePreferences(bpy.types.AddonPreferences):

@@ -115,11 +115,12 @@ def extent(objects: Sequence[Thing]) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def retime(objects: Sequence[Thing], scene: Thing, timing: Timing, wanted: Wanted) -> Report:
+def retime(data: Thing, objects: Sequence[Thing], scene: Thing, timing: Timing, wanted: Wanted) -> Report:
     """Give all that objects play a new timing.
 
     Parameters
     ----------
+    data : bpy.data
     objects : sequence of Object
         Those that `animated.refuse_untouchable` takes.
     scene : Scene
@@ -136,7 +137,7 @@ def retime(objects: Sequence[Thing], scene: Thing, timing: Timing, wanted: Wante
         for block in blocks_of(objects):
             _by_strips(block, timing, reach, report)
     else:
-        _by_keys(objects, scene, timing, reach, wanted, report)
+        _by_keys(data, objects, scene, timing, reach, wanted, report)
     if wanted.move_markers:
         for marker in scene.timeline_markers:
             marker.frame = round(timing.moved(marker.frame))
@@ -161,6 +162,7 @@ def _move_range(scene: Thing, timing: Timing) -> None:
 
 
 def _by_keys(
+    data: Thing,
     objects: Sequence[Thing],
     scene: Thing,
     timing: Timing,
@@ -168,9 +170,6 @@ def _by_keys(
     wanted: Wanted,
     report: Report,
 ) -> None:
-    # All else is handed in; who plays an action only Blender as a whole can say.
-    import bpy
-
     groups: dict[tuple[Any, ...], list[Unit]] = {}
     for block in blocks_of(objects):
         for unit in units_of(block):
@@ -195,7 +194,7 @@ def _by_keys(
         # One action that is played in two places with different timing becomes two; a linked one is nobody's to change,
         # and one that others play too is not the selection's alone.
         new = wanted.new_action or played[name] > 1 or old.library is not None
-        new = new or any(is_shared(bpy.data, old, unit.slot, blocks) for unit in units)
+        new = new or any(is_shared(data, old, unit.slot, blocks) for unit in units)
         slots = own_copy(units, f"{old.name} retimed") if new else {i: unit.slot for i, unit in enumerate(units)}
         done: set[str] = set()
         for i, unit in enumerate(units):

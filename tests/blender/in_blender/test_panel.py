@@ -408,7 +408,7 @@ def test_the_search_runs_beside_blender_and_stops(scene):
     thread.start()
     thread.join(60)
     assert 0 < job.share <= 1
-    job.finish(scene)
+    job.finish(bpy.data, scene)
     assert timing()[0][-1] == 450
 
 
