@@ -92,6 +92,21 @@ def test_frames_are_counted_from_where_the_shot_begins(tmp_path, host) -> None:
         np.testing.assert_allclose(other.output_times, begins.output_times + (0 if host.name == "otio" else 1000 / 24))
 
 
+def test_a_script_for_curves_of_maya_comes_back(tmp_path) -> None:
+    place = tmp_path / "a.py"
+    for rate in RATES:
+        export_curve(HOLDS, place, "maya", rate=rate, start=101, item="hips_tx, ns:hips_ty", overwrite=True)
+        for item in ("", "hips_tx", "ns:hips_ty"):
+            back = import_curve(place, start=101, item=item)
+            np.testing.assert_allclose(back.output_times, HOLDS.output_times, atol=_ROUNDING)
+            np.testing.assert_allclose(back.input_times, HOLDS.input_times, atol=_ROUNDING)
+    with pytest.raises(OptionError, match="no animation curve is called head_tx; there is hips_tx, ns:hips_ty"):
+        import_curve(place, start=101, item="head_tx")
+    place.write_text(place.read_text().replace("UNIT =", "UNITY ="))
+    with pytest.raises(FormatError, match=r"a\.py: expected a script that retime wrote, with UNIT"):
+        import_curve(place, start=101)
+
+
 def test_fewer_keys_where_more_error_is_allowed(tmp_path) -> None:
     times = np.linspace(0, 10, 500)
     warp = Warp(times, times**2 / 10)
@@ -235,6 +250,18 @@ def test_the_ending_is_the_host_s(tmp_path) -> None:
         export_curve(warp, tmp_path / "a.txt", "nuke", rate=24)
     with pytest.raises(FormatError, match=r"with --item, a script"):
         export_curve(warp, tmp_path / "a.ma", "maya", rate=24, item="hips_translateX")
+
+
+def test_knots_that_the_digits_of_a_file_do_not_tell_apart_are_refused(tmp_path) -> None:
+    # A jump, nearly: no tolerance that anybody would take for granted lets go of it.
+    warp = Warp([0.0, 1.0, 1.00000001, 2.0], [0.0, 1.0, 3.0, 4.0])
+    with pytest.raises(
+        OptionError, match=r"fcpxml can't hold this warp: two of its knots are 1e-08 s apart.*--host csv"
+    ):
+        written(tmp_path, warp, host_named("fcpxml"), Fraction(24))
+    assert list(tmp_path.iterdir()) == []
+    _, done = written(tmp_path, warp, host_named("csv"), Fraction(24))
+    assert done.error == 0
 
 
 def test_a_file_is_not_replaced_unless_told(tmp_path) -> None:

@@ -21,6 +21,9 @@ from retime.warp.curve import Warp, WarpLike, as_warp
 TOLERANCE = 0.001
 """Seconds that fewer keys may be off."""
 
+# Seconds: no program shows what changes so soon.
+_CLOSE = 1e-4
+
 
 @dataclass(frozen=True)
 class ExportedCurve:
@@ -154,7 +157,13 @@ def curve_text(
     try:
         back = host.module.read(text.encode(), replace(shot, item=""))
     except FormatError as error:
-        raise OptionError(f"{host.name} can't hold this warp: {error.problem}") from None
+        gap = float(np.diff(keyed.output_times).min())
+        if gap < _CLOSE:
+            raise OptionError(
+                f"{host.name} can't hold this warp: two of its knots are {gap:.2g} s apart, which the digits of its "
+                "file don't tell; allow a larger error (--tolerance), or take a format with more digits (--host csv)"
+            ) from None
+        raise OptionError(f"{host.name} can't hold this warp: read back, {error.problem}") from None
     off = _worst(warp, back, host, shot)
     return text, ExportedCurve(
         host.name, len(keyed.output_times), off, None if shot.rate is None else off * float(shot.rate)

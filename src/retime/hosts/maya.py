@@ -61,6 +61,8 @@ _LINEAR, _FIXED, _FLAT, _STEPS, _UNSAID = 2, 1, 3, (5, 17), -1
 _TYPES = {_UNSAID: "not said in the file", 6: "slow", 7: "fast", 9: "spline", 10: "clamped", 16: "plateau", 18: "auto"}
 _ITEM = re.compile(r"[A-Za-z_:|][\w:|]*", re.ASCII)
 _KEYS_A_LINE = 100
+# Of a script of ours.
+_UNIT, _CURVES = re.compile(r'^UNIT = "([^"]*)"$', re.MULTILINE), re.compile(r"^CURVES = \[(.*)\]$", re.MULTILINE)
 # A comment, a text in quotes (or one that never ends), the end of a statement, a word.
 _TOKEN = re.compile(r'//[^\n]*|"((?:[^"\\]|\\.)*)"|(")|(;)|([^\s";]+)', re.DOTALL)
 _INDEXED = re.compile(r"\.(\w+)(?:\[(\d{1,7})(?::(\d{1,7}))?\])?")
@@ -167,19 +169,38 @@ def read(data: bytes, shot: Shot) -> Warp:
     """Read the one curve from time to time of a scene, or that of the name `Shot.item`; or a script of ours."""
     text = decoded(data)
     if text.startswith("# Retimes"):
-        at, use = script_numbers(text, "AT_FRAME"), script_numbers(text, "SHOWS_FRAME")
-        if len(at) != len(use):
-            raise FormatError(f"expected a frame for each of {len(at)}, found {len(use)}")
-        return warp_of(shot.times(np.array(at)), shot.times(np.array(use)))
+        return _of_script(text, shot)
     if not text.lstrip().startswith("//Maya ASCII"):
         raise FormatError(
             "expected a scene of Maya ASCII, which begins with //Maya ASCII; save the scene as .ma", line=1
         )
     nodes, unit = _nodes(text)
-    if unit not in _UNITS:
-        raise FormatError(f"expected one of Maya's time units, found {unit[:40]!r} (currentUnit -t)")
     node = chosen(nodes, shot.item, "curve from time to time (animCurveTT)", "a Maya scene")
-    return _warp(node, replace(shot, rate=_UNITS[unit]))
+    return _warp(node, replace(shot, rate=_rate_of(unit)))
+
+
+def _of_script(text: str, shot: Shot) -> Warp:
+    """Read a script that `write` made: one curve, whichever of those that it is for is named."""
+    unit, names = _UNIT.search(text), _CURVES.search(text)
+    if unit is None or names is None:
+        raise FormatError("expected a script that retime wrote, with UNIT and CURVES")
+    if shot.item:
+        curves = dict.fromkeys(name.strip('" ') for name in names[1].split(","))
+        chosen(curves, shot.item, "animation curve", "a script that retime wrote")
+    shot = replace(shot, rate=_rate_of(unit[1]))
+    at, use = script_numbers(text, "AT_FRAME"), script_numbers(text, "SHOWS_FRAME")
+    if len(at) != len(use):
+        raise FormatError(f"expected a frame for each of {len(at)}, found {len(use)}")
+    return warp_of(shot.times(np.array(at)), shot.times(np.array(use)))
+
+
+def _rate_of(unit: str) -> Fraction:
+    """Return a time unit's frames a second; raise FormatError where Maya has none of the name."""
+    if unit not in _UNITS:
+        raise FormatError(
+            f"expected one of Maya's time units (currentUnit -t), such as film or 30fps, found {unit[:40]!r}"
+        )
+    return _UNITS[unit]
 
 
 def _nodes(text: str) -> tuple[dict[str, _Node], str]:
