@@ -181,6 +181,39 @@ def strip_curve(strip: Thing) -> tuple[CurveSegments, Any]:
     return unrolled(curve, source, Cycles("NONE", "REPEAT"), strip.frame_start, strip.frame_end - 1e-2)
 
 
+def selected_frames(one: Thing) -> list[float]:
+    """List the frames of the scene at which selected keys of an object lie, whatever plays them."""
+    if one.animation_data is None:
+        return []
+    found: set[float] = set()
+    for unit in units_of(one):
+        if unit.strip is None and one.animation_data.use_tweak_mode:
+            # What is tweaked is the action of a strip, which has its own place in time.
+            continue
+        for curve in fcurves_of(unit.action, unit.slot):
+            at = [point.co.x for point in curve.keyframe_points if point.select_control_point]
+            found.update(frame for inner in at if (frame := _scene_frame(unit, inner)) is not None)
+    return sorted(found)
+
+
+def _scene_frame(unit: Unit, inner: float) -> float | None:
+    """Return the frame of the scene that first shows a frame of an action; None where none does."""
+    if unit.strip is None or plays_once(unit.strip):
+        return float(unit.line.outer(inner))
+    curve, _ = strip_curve(unit.strip)
+    frames = np.append(np.arange(unit.strip.frame_start, unit.strip.frame_end, 0.125), unit.strip.frame_end)
+    shown = curve(frames)[:, 0] - inner
+    # A thousandth of a frame is nothing, and the ends of strips are no nearer than that.
+    if abs(shown[0]) < 1e-3:
+        return float(frames[0])
+    passed = np.flatnonzero((np.sign(shown[1:]) != np.sign(shown[:-1])) | (np.abs(shown[1:]) < 1e-3))
+    if not len(passed):
+        return None
+    a, b = shown[passed[0]], shown[passed[0] + 1]
+    share = 1.0 if a == b else float(np.clip(a / (a - b), 0.0, 1.0))
+    return float(frames[passed[0]] + share * (frames[passed[0] + 1] - frames[passed[0]]))
+
+
 def fcurves_of(action: Thing, slot: Thing) -> list[Thing]:
     """List the F-curves of an action that move one data-block."""
     bags = channelbags(action, slot)
@@ -388,6 +421,25 @@ def is_shared(data: Thing, action: Thing, slot: Thing, blocks: Sequence[Thing]) 
         if getattr(other, "animation_data", None) is not None
         for unit in units_of(other)
     )
+
+
+def shared_notes(data: Thing, objects: Sequence[Thing]) -> list[str]:
+    """Name what is not selected and yet changes: objects that have their data from one that is."""
+    notes = []
+    for block in blocks_of(objects):
+        if block in objects:
+            continue
+        users = data.user_map(subset=[block])[block]
+        # Keys of shapes belong to a mesh, which objects have.
+        meshes = [user for user in users if getattr(user, "shape_keys", None) == block]
+        for mesh in meshes:
+            users |= data.user_map(subset=[mesh])[mesh]
+        notes += [
+            f"{block.name} is the data of {user.name} too, which gets the same timing"
+            for user in sorted(users, key=lambda user: str(user.name))
+            if getattr(user, "data", None) in (block, *meshes) and user not in objects
+        ]
+    return notes
 
 
 def frame_notes(objects: Sequence[Thing]) -> list[str]:

@@ -13,7 +13,7 @@ import bpy
 from retime.errors import OptionError, RetimeError, words_of
 
 from . import editor
-from .animated import fcurves_of, units_of
+from .animated import selected_frames
 from .asked import Way, fault_of
 from .job import Job, Stopped, prepare, use_drawn
 
@@ -240,15 +240,7 @@ class RETIME_OT_keytimes_from_keys(_Plain, bpy.types.Operator):
     bl_label = "From Selected Keys"
 
     def work(self, context: Any, settings: Any) -> None:
-        frames = {
-            float(unit.line.outer(point.co.x)): ""
-            for one in selection(context)
-            if one.animation_data is not None
-            for unit in units_of(one)
-            for curve in fcurves_of(unit.action, unit.slot)
-            for point in curve.keyframe_points
-            if point.select_control_point
-        }
+        frames = {frame: "" for one in selection(context) for frame in selected_frames(one)}
         if not frames:
             raise OptionError("no key of what is selected is selected in the dope sheet", option="keys")
         _add_keytimes(settings, frames)
@@ -286,15 +278,7 @@ class RETIME_OT_add_lock(_Plain, bpy.types.Operator):
         if scene.use_preview_range:
             lock.start, lock.end = scene.frame_preview_start, scene.frame_preview_end
             return
-        frames = [
-            float(unit.line.outer(point.co.x))
-            for one in selection(context)
-            if one.animation_data is not None
-            for unit in units_of(one)
-            for curve in fcurves_of(unit.action, unit.slot)
-            for point in curve.keyframe_points
-            if point.select_control_point
-        ]
+        frames = [frame for one in selection(context) for frame in selected_frames(one)]
         now = scene.frame_current_final
         lock.start, lock.end = (min(frames), max(frames)) if frames and min(frames) < max(frames) else (now, now + 10)
 

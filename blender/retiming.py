@@ -30,6 +30,7 @@ from .animated import (
     line_of,
     own_copy,
     plays_once,
+    shared_notes,
     strip_curve,
     strips_of,
     units_of,
@@ -130,7 +131,7 @@ def retime(data: Thing, objects: Sequence[Thing], scene: Thing, timing: Timing, 
     wanted : Wanted
         How.
     """
-    report = Report(frame_notes(objects))
+    report = Report([*frame_notes(objects), *shared_notes(data, objects)])
     # Ends of what is played are asked for before anything moves.
     reach = _reach(objects, scene, timing)
     if wanted.kind == "NLA":

@@ -624,6 +624,27 @@ def test_what_else_goes_by_frames_or_is_lent_is_named(scene):
     assert [point.co.x for curve in fcurves(paint) for point in curve.keyframe_points] == before
 
 
+def test_who_has_the_same_data_and_is_not_selected_is_named(scene):
+    lens = bpy.data.cameras.new("lens")
+    one, other = (link(bpy.data.objects.new(name, lens)) for name in ("one", "other"))
+    mesh = bpy.data.meshes.new("face")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    face, twin = (link(bpy.data.objects.new(name, mesh)) for name in ("face", "twin"))
+    face.shape_key_add(name="Basis")
+    smile = face.shape_key_add(name="smile")
+    for frame, value in ((1, 0.0), (60, 1.0)):
+        lens.lens, smile.value = 35 + 20 * value, value
+        lens.keyframe_insert("lens", frame=frame)
+        smile.keyframe_insert("value", frame=frame)
+    nothing = np.arange(1, 1)
+    assert "which gets" not in check([one, other, face, twin], frames=nothing)
+    words = check([one, face], frames=nothing)
+    assert "lens is the data of other too, which gets the same timing" in words
+    assert f"{mesh.shape_keys.name} is the data of twin too, which gets the same timing" in words
+    assert "data of one" not in words
+    assert "data of face" not in words
+
+
 def test_nothing_selected_and_nothing_that_moves_are_refused(scene):
     with pytest.raises(RuntimeError, match="select what moves"):
         run("retime")

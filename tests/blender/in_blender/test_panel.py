@@ -206,6 +206,46 @@ def test_keytimes_and_a_lock_from_selected_keys(scene):
     assert (scene.retime.fault_field, scene.retime.fault_item) == ("locks", 0)
 
 
+@pytest.mark.parametrize("how", ["scaled", "repeated", "backward", "strip time", "tweaked"])
+def test_keytimes_from_keys_that_a_strip_plays(scene, how):
+    """They are frames of the scene: where the pose of the key is seen."""
+    ball = swinging(empty())
+    for curve in fcurves(ball):
+        for point in curve.keyframe_points:
+            point.select_control_point = point.co.x == 19
+    pose = poses([ball], [19])[0]
+    animation = ball.animation_data
+    slot = getattr(animation, "action_slot", None)
+    strip = animation.nla_tracks.new().strips.new("strip", 10, animation.action)
+    if slot is not None:
+        strip.action_slot = slot
+    animation.action = None
+    wanted = 28
+    if how == "scaled":
+        strip.scale, wanted = 2.0, 10 + 2 * 18
+    elif how == "repeated":
+        strip.repeat = 2.0
+    elif how == "backward":
+        strip.use_reverse, wanted = True, 10 + 55 - 19
+    elif how == "strip time":
+        strip.use_animated_time = True
+        curve = strip.fcurves.find("strip_time")
+        for frame, value in ((10, 1), (30, 10), (50, 28)):
+            curve.keyframe_points.insert(frame, value).interpolation = "LINEAR"
+        wanted = 40
+    else:
+        animation.nla_tracks[0].strips[0].select = True
+        animation.nla_tracks.active = animation.nla_tracks[0]
+        animation.use_tweak_mode = True
+        assert animation.action is not None
+    select(ball)
+    run("keytimes_from_keys")
+    assert [key.frame for key in scene.retime.keys] == [pytest.approx(wanted, abs=1e-3)]
+    animation.use_tweak_mode = False
+    np.testing.assert_allclose(poses([ball], [wanted])[0], pose, atol=1e-4)
+    run("add_lock")
+
+
 def test_buttons_without_anything_to_take_say_so(scene):
     select(walker())
     for name, said in (
