@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
+import re
 import tempfile
 from os import PathLike
 from pathlib import Path
@@ -12,18 +14,23 @@ from typing import Any, Literal
 import numpy as np
 
 from retime.checks import path_of
-from retime.errors import FormatError
+from retime.errors import FormatError, OptionError
 from retime.files import read_bytes, resolved, scratch
 from retime.media.extras import needed, refuse_without
 from retime.media.kinds import is_media, is_sequence
 from retime.media.process import check_media, run
+from retime.motion.grammar import read_time
 
 Found = list[tuple[float, float, str]]
 
 _MOST_BYTES, _MOST_BEATS = 1 << 20, 4000
-_TIMES = ("time", "beat", "seconds", "t", "start", "onset", "position")
+_TIMES = ("time", "seconds", "start", "in", "onset", "position", "timestamp", "t", "beat")
 _STRENGTHS = ("strength", "weight")
-_NAMES = ("name", "label", "marker", "text")
+_NAMES = ("name", "marker name", "label", "marker", "text", "description")
+# A unit that may stand behind a column's name, names that mean something else, and numbers with a comma.
+_UNIT = re.compile(r"[\s_]*[(\[](s|sec|secs|seconds)[)\]]$")
+_NOT_SECONDS = re.compile(r"frame|sample|timecode|tick|bar|measure|milli|\bms\b|minute|^(#|nr|no|id|index|number)$")
+_COMMA = re.compile(r"^\s*([+-]?\d+),(\d+)\s*$")
 # Samples a second that beats are looked for in.
 RATE = 22_050
 
@@ -34,8 +41,9 @@ def read_beats(path: str | PathLike[str], *, on: Literal["beats", "onsets"] = "b
     Parameters
     ----------
     path : path-like
-        A CSV or text with a time in seconds in each row, in a column of that name (time, beat, seconds, start) or the
-        first; a column "strength" (from 0 up) and one "name" may stand beside. Or sound.
+        A CSV or text with a time in each row (63.5 or 1:03.500), in a column of that name (time, seconds, start, in,
+        ...) or, where no names are given, the first; a column "strength" (from 0 up) and one "name" may stand beside.
+        Markers as Audacity, Audition and REAPER write them are such tables. Or sound.
     on : {"beats", "onsets"}
         Of sound: its regular beats, or whenever something begins.
 
@@ -58,41 +66,109 @@ def read_beats(path: str | PathLike[str], *, on: Literal["beats", "onsets"] = "b
 
 
 def _beats_of_table(path: Path) -> Found:
-    try:
-        text = read_bytes(path, _MOST_BYTES).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise FormatError("expected a table of times, found something that is no text (UTF-8)", path=path) from None
-    rows = [(number, row) for number, row in enumerate(_rows(text, path), start=1) if any(map(str.strip, row))]
+    rows = [(number, row) for number, row in enumerate(_rows(_text(path), path), start=1) if any(map(str.strip, row))]
     if not rows:
         raise FormatError("no row; expected a time in seconds in each", path=path)
     columns = {"time": 0}
-    head = [cell.strip().lower() for cell in rows[0][1]]
-    if not _is_number(head[0]) or any(name in head for name in _TIMES):
-        for what, names in (("time", _TIMES), ("strength", _STRENGTHS), ("name", _NAMES)):
-            place = next((head.index(name) for name in names if name in head), None)
-            if place is not None:
-                columns[what] = place
+    head = [_plain_name(cell) for cell in rows[0][1]]
+    if _is_head(head):
+        columns = _columns(head, path)
         rows = rows[1:]
+    else:
+        _refuse_counted(rows, path)
     found: Found = []
     for number, row in rows:
         cells = {what: row[place].strip() if place < len(row) else "" for what, place in columns.items()}
-        if not _is_number(cells["time"]):
-            raise FormatError(f"expected a time in seconds, found {cells['time'][:40]!r}", path=path, line=number)
         strength = cells.get("strength", "1")
         if not _is_number(strength) or float(strength) < 0:
             raise FormatError(f"expected a strength from 0 up, found {strength[:40]!r}", path=path, line=number)
-        found.append((float(cells["time"]), float(strength), cells.get("name", "")))
+        found.append((_seconds(cells["time"], path, number), float(strength), cells.get("name", "")))
         if len(found) > _MOST_BEATS:
             raise FormatError(f"more than {_MOST_BEATS} beats", path=path)
     return _in_order(found, path)
 
 
-def _rows(text: str, path: Path) -> list[list[str]]:
-    delimiter = next((mark for mark in ("\t", ";", ",") if mark in text), ",")
+def _text(path: Path) -> str:
+    """Read a text: UTF-8, or UTF-16 as spreadsheets and editing programs write it."""
+    data = read_bytes(path, _MOST_BYTES)
     try:
-        return list(csv.reader(io.StringIO(text), delimiter=delimiter))
+        return data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError:
+        raise FormatError("expected a table of times, found something that is no text (UTF-8)", path=path) from None
+
+
+def _rows(text: str, path: Path) -> list[list[str]]:
+    delimiter = next((mark for mark in ("\t", ";", ",") if mark in text), None)
+    if delimiter is None:
+        # A time, a blank, and whatever is said of it.
+        return [line.split(None, 1) if line.strip()[:1].isdigit() else [line] for line in text.splitlines()]
+    try:
+        rows = list(csv.reader(io.StringIO(text), delimiter=delimiter))
     except csv.Error as error:
         raise FormatError(f"no table: {error}", path=path) from None
+    if delimiter == ",":
+        return rows
+    # Where commas part no cells they may stand in numbers.
+    return [[_COMMA.sub(r"\1.\2", cell) for cell in row] for row in rows]
+
+
+def _plain_name(cell: str) -> str:
+    """Return the name of a column without its unit, where that is the second: ``Time (s)``."""
+    return _UNIT.sub("", cell.strip().lower()).strip()
+
+
+def _is_head(head: list[str]) -> bool:
+    """Tell whether a first row names columns: no time begins with a letter."""
+    return any(name in head for name in _TIMES) or not head[0].lstrip("+-.")[:1].isdigit()
+
+
+def _columns(head: list[str], path: Path) -> dict[str, int]:
+    """Find which columns say what; raise FormatError where none says a time."""
+    columns = {}
+    for what, names in (("time", _TIMES), ("strength", _STRENGTHS), ("name", _NAMES)):
+        place = next((head.index(name) for name in names if name in head), None)
+        if place is not None:
+            columns[what] = place
+    if "time" not in columns:
+        if len(head) > 1 or _NOT_SECONDS.search(head[0]):
+            raise FormatError(
+                f"no column of times among {', '.join(repr(name[:20]) for name in head[:8])}: call the one with the "
+                "seconds 'time'",
+                path=path,
+            )
+        columns["time"] = 0
+    return columns
+
+
+def _refuse_counted(rows: list[tuple[int, list[str]]], path: Path) -> None:
+    """Raise FormatError where a first column without a name counts rows, and the second one has the times."""
+    firsts = [row[0].strip() for _, row in rows]
+    seconds = [row[1].strip() if len(row) > 1 else "" for _, row in rows]
+    counted = any(firsts == [str(start + k) for k in range(len(rows))] for start in (0, 1))
+    if len(rows) > 2 and counted and all(map(_is_number, seconds)):
+        values = [float(text) for text in seconds]
+        if all(a < b for a, b in itertools.pairwise(values)):
+            raise FormatError(
+                "its first column may count the rows or be the seconds: name the columns in a first row (time, ...)",
+                path=path,
+            )
+
+
+def _seconds(text: str, path: Path, line: int) -> float:
+    """Read a time: seconds, or a clock; frames need a rate, which a table doesn't say."""
+    try:
+        written = read_time(text)
+    except OptionError:
+        raise FormatError(
+            f"expected a time in seconds (63.5, 1:03.500), found {text[:40]!r}", path=path, line=line
+        ) from None
+    if written.seconds is None:
+        raise FormatError(
+            f"{text[:40]!r} counts frames, whose rate this table doesn't say: write seconds (63.5, 1:03.500)",
+            path=path,
+            line=line,
+        )
+    return float(written.seconds)
 
 
 def _is_number(text: str) -> bool:
