@@ -623,3 +623,22 @@ def test_the_usual_stream_and_the_comment_stay_so_and_chapters_are_no_stream_tha
             av.stream.Disposition.comment,
         ]
         assert len(container.chapters()) == 2
+
+
+@pytest.mark.parametrize(
+    ("suffix", "codec"), [(".avi", "libx264"), (".avi", "mpeg4"), (".mxf", "libx264"), (".mxf", "mpeg2video")]
+)
+def test_frames_in_another_order_than_packets_are_told_apart_where_the_file_does_not(tmp_path, suffix, codec) -> None:
+    """AVI and MXF number packets as they are decoded."""
+    clip = clips.write_clip(
+        tmp_path / f"a{suffix}", 60, codec=codec, samples=clips.sound(2.0), options={"bf": "2"}, form="yuv420p"
+    )
+    place = tmp_path / "o.mkv"
+    chosen = options.MediaOptions(frames="nearest", codec="ffv1", sound="resample")
+    # Backward, too.
+    warp = Warp([0, 1, 2, 3], [0, 1, 0.5, 59 / 30])
+    apply.retime_media(clip, place, warp, chosen)
+    numbers, _, _ = clips.read_frames(place)
+    assert numbers == shown_by(warp, RATE, 60).tolist()
+    samples, rate = clips.read_sound(place)
+    assert clips.clicks_in(samples[0], rate)[:2] == pytest.approx([0.25025, 0.75025], abs=1e-3)

@@ -21,6 +21,8 @@ from retime.media.times import FrameTimes
 from retime.motion.rate import rate_from_step, usual_rate
 
 _START = 1 << 16
+# Formats (as PyAV calls them) that have a constant rate, and for packets no time at which they are shown.
+_IN_ORDER_OF_DECODING = ("avi", "mxf")
 MOST_PIXELS = 1 << 27
 """Of a frame: 16,384 by 8,192."""
 
@@ -154,7 +156,7 @@ class Scanned:
     keys : bool array
         Which frames can be begun with.
     counted : bool
-        Whether packets say no times, so that frames are counted.
+        Whether packets say no times, or not those of showing, so that frames are counted.
     n_bytes : int
         Of all packets.
     seconds : float
@@ -210,6 +212,9 @@ def scan(container: Any, stream: Any, path: Path, rate: Fraction | None) -> Scan
     if not stamps:
         raise FormatError("the video has no frame", path=path)
     said = stream.average_rate or stream.guessed_rate or Fraction(25)
+    if container.format.name in _IN_ORDER_OF_DECODING and stream.codec_context.has_b_frames:
+        # What the file numbers are packets as they are decoded, and frames are shown in another order.
+        counted |= bool((np.diff(stamps) > 0).all())
     if counted:
         shown = rate or said
         times = FrameTimes(np.arange(len(stamps)), 1 / shown, shown, True)

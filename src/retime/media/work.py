@@ -83,7 +83,8 @@ def retime_file(
         if tracks:
             stream = container.streams[pictures[0]]
             assert isinstance(tracks[0].reader, VideoReader)
-            if not tracks[0].reader.scanned.counted:
+            # AVI says no time of showing, and what is in it begins together.
+            if not tracks[0].reader.scanned.counted and container.format.name != "avi":
                 origin = Fraction(int(tracks[0].reader.first_stamp)) * stream.time_base
         heard = [container.streams[index] for index in sounds]
         sound_readers = []
