@@ -642,3 +642,13 @@ def test_frames_in_another_order_than_packets_are_told_apart_where_the_file_does
     assert numbers == shown_by(warp, RATE, 60).tolist()
     samples, rate = clips.read_sound(place)
     assert clips.clicks_in(samples[0], rate)[:2] == pytest.approx([0.25025, 0.75025], abs=1e-3)
+
+
+def test_an_avi_has_its_frames_in_the_order_of_showing(tmp_path) -> None:
+    clip = clips.write_clip(tmp_path / "a.mp4", 60, codec="libx264", options={"bf": "3"})
+    apply.retime_media(clip, tmp_path / "o.avi", Warp([0, 1], [0, 1]), options.MediaOptions(frames="nearest"))
+    with av.open(str(tmp_path / "o.avi")) as container:
+        assert container.streams.video[0].codec_context.codec.canonical_name == "h264"
+        found = [(frame.pts, clips.number_of(frame)) for frame in container.decode(video=0)]
+    assert [number for _, number in sorted(found)] == list(range(31))
+    assert found == sorted(found)

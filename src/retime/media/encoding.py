@@ -280,6 +280,9 @@ def add_video(
     if encoder.startswith("libvpx") and form.startswith("yuva"):
         # Frames that are never shown have no alpha.
         wanted["auto-alt-ref"] = "0"
+    if encoder == "libx264" and container.format.name == "avi":
+        # AVI has no place for when a frame is shown that is not shown in the order of decoding.
+        wanted["bf"] = "0"
     stream = container.add_stream(encoder, rate=rate, options=wanted)
     made = stream.codec_context
     made.time_base = base
