@@ -425,21 +425,16 @@ def is_shared(data: Thing, action: Thing, slot: Thing, blocks: Sequence[Thing]) 
 
 def shared_notes(data: Thing, objects: Sequence[Thing]) -> list[str]:
     """Name what is not selected and yet changes: objects that have their data from one that is."""
-    notes = []
-    for block in blocks_of(objects):
-        if block in objects:
-            continue
-        users = data.user_map(subset=[block])[block]
-        # Keys of shapes belong to a mesh, which objects have.
-        meshes = [user for user in users if getattr(user, "shape_keys", None) == block]
-        for mesh in meshes:
-            users |= data.user_map(subset=[mesh])[mesh]
-        notes += [
-            f"{block.name} is the data of {user.name} too, which gets the same timing"
-            for user in sorted(users, key=lambda user: str(user.name))
-            if getattr(user, "data", None) in (block, *meshes) and user not in objects
-        ]
-    return notes
+    # Keys of shapes belong to a mesh, which objects have.
+    lent = {block: one.data for one in objects for block in blocks_of([one]) if block != one}
+    # All of Blender's data is looked through, once.
+    users = data.user_map(subset=set(lent.values())) if lent else {}
+    return [
+        f"{block.name} is the data of {user.name} too, which gets the same timing"
+        for block, owned in lent.items()
+        for user in sorted(users[owned], key=lambda user: str(user.name))
+        if getattr(user, "data", None) == owned and user not in objects
+    ]
 
 
 def frame_notes(objects: Sequence[Thing]) -> list[str]:

@@ -486,8 +486,8 @@ class Window:
 
 @pytest.fixture
 def pressed(scene, monkeypatch):
-    """Give a function that presses Retime in a window, on a walk that is long enough to be stopped."""
-    rig = walker(n_frames=400, step=2)
+    """Give a function that presses Retime in a window."""
+    rig = walker()
     operators = module("operators")
     monkeypatch.setattr(operators, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), data=bpy.data))
 
@@ -516,11 +516,23 @@ def test_with_a_window_the_search_tells_how_far_it_is(scene, pressed):
     operator, window, said = pressed()
     assert events(operator, window) == {"FINISHED"}
     assert (window.timers, window.shares, window.told[-1]) == ([], [], None)
-    assert timing()[0][-1] == 300
+    assert timing()[0][-1] == 90
     assert said == [scene.retime.summary.split("\n")[0]]
 
 
-def test_esc_in_a_window_changes_nothing(scene, pressed):
+@pytest.fixture
+def endless(scene, monkeypatch):
+    """Have searches go on until somebody stops them."""
+
+    def search(asked, tell):
+        while True:
+            tell(0.5)
+            time.sleep(0.001)
+
+    monkeypatch.setattr(module("job"), "answer", search)
+
+
+def test_esc_in_a_window_changes_nothing(scene, endless, pressed):
     operator, window, said = pressed()
     action = bpy.context.object.animation_data.action
     assert events(operator, window, "ESC") == {"CANCELLED"}
@@ -530,7 +542,7 @@ def test_esc_in_a_window_changes_nothing(scene, pressed):
     assert scene.animation_data is None
 
 
-def test_a_window_that_is_closed_ends_the_search(scene, pressed):
+def test_a_window_that_is_closed_ends_the_search(scene, endless, pressed):
     operator, window, _ = pressed()
     operator.cancel(window)
     operator._thread.join(60)
