@@ -389,6 +389,25 @@ def test_several_streams_subtitles_and_chapters(tmp_path) -> None:
         (b"second", pytest.approx(1 + 0.2 * slow, abs=2e-3)),
     ]
     assert found[1][1] == pytest.approx(0.4 * slow, abs=2e-3)
+    # As MP4 and WebM write text, and back again.
+    for source, name, codec in (
+        (path, "o.mp4", "mov_text"),
+        (path, "o.webm", "webvtt"),
+        (tmp_path / "o.mp4", "again.mkv", "subrip"),
+    ):
+        used = warp if source == path else Warp([0, 3.5], [0, 3.5])
+        apply.retime_media(source, tmp_path / name, used, options.MediaOptions(codec="vp9", quality=40))
+        with av.open(str(tmp_path / name)) as container:
+            (stream,) = container.streams.subtitles
+            assert stream.codec_context.codec.canonical_name == codec
+            texts = [
+                (round(float(packet.pts * packet.time_base), 2), bytes(packet))
+                for packet in container.demux(stream)
+                if packet.size > 2
+            ]
+        begun = round(1 + 0.2 * slow, 2)
+        lead = (lambda text: len(text).to_bytes(2, "big") + text) if codec == "mov_text" else bytes
+        assert texts == [(0.5, lead(b"first")), (begun, lead(b"second"))]
 
 
 def test_a_file_that_is_there_stays(tmp_path) -> None:

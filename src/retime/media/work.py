@@ -145,11 +145,11 @@ def _write(
         if container is not None:
             output.metadata.update({key: value for key, value in container.metadata.items() if key in KEPT_METADATA})
         tracks, looks = _tracks(job, output, list(zip(pictures, plans, strict=True)), sounds, report)
-        texts = add_copied_streams(job, output, container, copied, report) if container is not None else {}
+        texts = add_copied_streams(job, output, container, copied, report) if container is not None else None
         if container is not None:
             write_chapters(job, output, container)
         output.start_encoding()
-        if texts:
+        if texts is not None and texts.streams:
             assert shared is not None
             copy_packets(job, output, shared, texts, origin or Fraction(0))
         run_tracks(tracks, output, report)
