@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -22,3 +23,10 @@ def mocap() -> Path:
     if not MOCAP.is_dir():
         pytest.skip(f"needs the motion-capture files of {MOCAP}")
     return MOCAP.resolve()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def interruptible() -> None:
+    """Commands can be interrupted though the tests run in the background of a shell, which makes children ignore it."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

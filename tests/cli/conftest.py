@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -35,13 +34,6 @@ def clips(tmp_path_factory: pytest.TempPathFactory) -> Clips:
     write(figure(), clips.bvh)
     write(curve(), clips.csv)
     return clips
-
-
-@pytest.fixture(autouse=True, scope="session")
-def interruptible() -> None:
-    """Commands can be interrupted though the tests run in the background of a shell, which makes children ignore it."""
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 Run = Callable[..., Result]
