@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 import retime
-from retime.batch import run
+from retime.batch import engine, run
+from retime.errors import OptionError, RetimeWarning
 from tests.batch.storm import children_of, contents, make_library, wait_for_lines
 
 distributed = pytest.importorskip("distributed", reason="distributed (the extra retime[batch]) is not installed")
@@ -134,3 +135,95 @@ def test_a_client_is_taken_as_it_is(tmp_path: Path) -> None:
         # It is still there.
         assert client.submit(lambda: 2).result() == 2
     assert not [pid for pid in children_of(os.getpid()) if b"retime.batch" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+
+
+def test_a_worker_that_stands_elsewhere_finds_relative_names(
+    cluster: tuple[subprocess.Popen[bytes], str], tmp_path: Path
+) -> None:
+    _, address = cluster
+    here = tmp_path / "here"
+    (here / "in").mkdir(parents=True)
+    retime.write(retime.sample().frames(0, 40), here / "in" / "a.bvh")
+    retime.write(retime.sample().frames(40, 80), here / "like.bvh")
+    command = [sys.executable, "-m", "retime", "batch", "in", "--out", "out", "--reference", "like.bvh", "-q"]
+    subprocess.run([*command, "--scheduler", address], check=True, cwd=here)
+    assert (here / "out" / "a.bvh").exists()
+    said = subprocess.run(
+        [*command, "--scheduler", address, "--restart", "--dry-run"], check=True, cwd=here, stdout=subprocess.PIPE
+    )
+    assert b"by 1 process" in said.stdout
+    assert sorted(path.name for path in tmp_path.iterdir() if path.is_dir()) == ["here"]
+
+
+def one_clip(tmp_path: Path) -> Path:
+    (tmp_path / "in").mkdir()
+    retime.write(retime.sample().frames(0, 40), tmp_path / "in" / "a.bvh")
+    return tmp_path / "in"
+
+
+def test_a_worker_that_can_t_work_ends_the_run_and_is_no_fault_of_a_clip(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = one_clip(tmp_path)
+    monkeypatch.setattr(engine, "_VERSION", "0.0.1")
+    with (
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as local,
+        distributed.Client(local) as client,
+    ):
+        with pytest.raises(ConnectionError, match=r"can't work \(RuntimeError: it has retime .*, and 0\.0\.1 asks\)"):
+            run(root, tmp_path / "out", {"length": "80%"}, client=client)
+        monkeypatch.undo()
+        assert run(root, tmp_path / "out", {"length": "80%"}, client=client).counts["done"] == 1
+
+
+def test_a_cluster_without_workers_is_said_and_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = one_clip(tmp_path)
+    count = engine.count_threads
+    with (
+        distributed.LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address=":0") as local,
+        distributed.Client(local) as client,
+    ):
+
+        def counted(asked: distributed.Client) -> int:
+            found = count(asked)
+            if not found:
+                local.scale(1)
+            return found
+
+        monkeypatch.setattr(engine, "count_threads", counted)
+        with pytest.warns(RetimeWarning, match="the cluster has no worker yet"):
+            result = run(root, tmp_path / "out", {"length": "80%"}, client=client)
+    assert result.counts == {"done": 1, "kept": 0, "failed": 0}
+
+
+def test_an_address_that_is_none_is_said() -> None:
+    with pytest.raises(OptionError, match=r"an address such as tcp://host:8786"):
+        engine.connect("nonsense", workers=0)
+
+
+def test_a_terminal_s_interrupt_ends_all_without_a_word_of_the_workers(tmp_path: Path) -> None:
+    library = make_library(tmp_path / "in", 90, 8)
+    command = [sys.executable, "-m", "retime", "batch", str(library.root), "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(
+        [*command, "--length", "80%", "--workers", "1"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    wait_for_lines(tmp_path / "out" / "manifest.jsonl", 10)
+    # A terminal sends it to each process of its foreground.
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=120)
+    assert process.returncode == 130, said
+    assert b"Traceback" not in said
+    result = run(library.root, tmp_path / "out", {"length": "80%"}, workers=0)
+    assert result.counts["kept"] >= 5
+
+
+@pytest.mark.parametrize("workers", [None, 0, 1, 2, 100_000])
+def test_a_machine_s_memory_is_shared(workers: int | None) -> None:
+    share = engine.share_of_memory(workers)
+    assert share is not None
+    assert share >= 2 << 30
+    assert workers != 100_000 or share == 2 << 30
+    assert share <= (engine.share_of_memory(1) or 0)
