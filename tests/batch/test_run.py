@@ -397,6 +397,23 @@ def test_two_runs_in_one_folder_are_refused(tmp_path: Path) -> None:
     Manifest(tmp_path).close()
 
 
+def test_what_a_run_that_is_over_asked_for_is_not_written(library: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    first = Manifest(out)
+    task = ClipTask(str(library / "c.bvh"), "c.bvh", str(out), ("c.bvh",), Treatment(), run=first.run)
+    assert ClipTask.from_json(json.loads(json.dumps(task.to_json()))) == task
+    first.close()
+    # A worker that was at it when the client was killed; none is at work, and then another.
+    assert retime_clip(task)[0].code == "superseded"
+    second = Manifest(out)
+    (late,) = retime_clip(task)
+    assert (late.code, late.hash, late.output) == ("superseded", "", "")
+    assert not (out / "c.bvh").exists()
+    (done_now,) = retime_clip(replace(task, run=second.run))
+    second.close()
+    assert done_now.status == "done"
+
+
 def test_folders_in_one_another_are_refused(library: Path) -> None:
     for out in (library, library / "out", library.parent):
         with pytest.raises(OptionError, match="lie in one another"):

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from retime.batch.labels import ShownFrames, retimed_beside
+from retime.batch.manifest import run_at_work
 from retime.batch.task import ClipTask, Record
 from retime.batch.treatment import Treatment
 from retime.errors import (
@@ -57,8 +58,14 @@ from retime.svg import thinned
 from retime.warp.curve import Warp
 from retime.warp.retimed import retimed
 
+
+class _Superseded(RetimeError):
+    """The run that asked is over."""
+
+
 # What an error is called in a manifest, by its class; the first that fits. "killed" and "timeout" are the engine's.
 _CODES: tuple[tuple[type[BaseException], str], ...] = (
+    (_Superseded, "superseded"),
     (FormatError, "format"),
     (InvalidMotionError, "motion"),
     (InfeasibleWarpError, "infeasible"),
@@ -70,7 +77,7 @@ _CODES: tuple[tuple[type[BaseException], str], ...] = (
     (OSError, "system"),
 )
 # Failures that come of what is around a clip, a full disk or a file in the way: it is tried again in any case.
-_OF_SURROUNDINGS = ("exists", "extra", "system")
+_OF_SURROUNDINGS = ("exists", "extra", "superseded", "system")
 # Knots of a warp that a record keeps, for its picture.
 _KNOTS = 60
 # References that a process keeps at hand.
@@ -103,13 +110,18 @@ def retime_clip(task: ClipTask, *, begun: Callable[[], None] = lambda: None) -> 
                 warnings.simplefilter("ignore")
                 warnings.simplefilter("always", RetimeWarning)
                 records = _done(task, files)
-            said = tuple(dict.fromkeys(str(one.message) for one in caught))
+            said = tuple(dict.fromkeys(_named_shortly(str(one.message), task) for one in caught))
             seconds = (time.perf_counter() - start) / len(records)
             return tuple(replace(record, seconds=seconds, warnings=said) for record in records)
         except Exception as error:
             # Whatever is wrong with one clip is reported with it, and the others go on.
             code = _code(error)
             return (failed(task, code, _words(error, code), time.perf_counter() - start, files),)
+
+
+def _named_shortly(said: str, task: ClipTask) -> str:
+    """Name a clip in a message by its place in the library."""
+    return said.replace(task.clip, task.name)
 
 
 def _code(error: Exception) -> str:
@@ -136,8 +148,7 @@ def failed(
         files=tuple(map(str, files)),
         seconds=seconds,
         code=code,
-        # The clip is named already: by its place in the library.
-        message=message.replace(task.clip, task.name),
+        message=_named_shortly(message, task),
         limit=limit,
     )
 
@@ -243,6 +254,9 @@ def _done(task: ClipTask, noted: list[Path]) -> list[Record]:
         files += [one for one in _reference_of(Path(reference), given)[1] if one not in files]
     # What can't be said of the labels is known before the first of all these files is written.
     labels = [_labels(task, shown) for _, _, shown in found]
+    if task.run and run_at_work(Path(task.out)) != task.run:
+        # A worker outlives the client that was killed, and the next run may ask for something else.
+        raise _Superseded(f"the run that asked for it is over: another one writes to {task.out} by now, or none")
     records = []
     for number, (record, write_to, _) in enumerate(found):
         place = Path(task.out, task.places[number])

@@ -23,6 +23,8 @@ from retime.errors import OptionError, RetimeWarning
 from retime.files import hold, sync_file, write_bytes
 
 MANIFEST, TABLE, STATE = "manifest.jsonl", "manifest.parquet", ".retime"
+# In the state's folder: which run is at work.
+_RUN = "run"
 
 # Of a manifest's line, what a table of all of them leaves out: it is for pictures, and for the next run.
 _NOT_IN_TABLE = ("knots", "files")
@@ -130,6 +132,13 @@ class Manifest:
     ------
     OptionError
         Another run is at work in this folder.
+
+    Attributes
+    ----------
+    known : Known
+        What earlier runs left.
+    run : str
+        By which this run is known to its workers.
     """
 
     def __init__(self, out: Path) -> None:
@@ -139,6 +148,8 @@ class Manifest:
         if not hold(self._lock):
             self._lock.close()
             raise OptionError(f"another run is at work in {out}: wait for its end, or stop it")
+        self.run = secrets.token_hex(8)
+        write_bytes(out / STATE / _RUN, self.run.encode(), overwrite=True)
         self.known = Known()
         # Of each journal, up to where it was taken in.
         self._heard: dict[Path, int] = {}
@@ -246,7 +257,17 @@ class Manifest:
     def close(self) -> None:
         """Let another run begin."""
         self._file.close()
+        with contextlib.suppress(OSError):
+            (self.out / STATE / _RUN).unlink()
         self._lock.close()
+
+
+def run_at_work(out: Path) -> str:
+    """Return which run is at work in a folder; "" where none is."""
+    try:
+        return (out / STATE / _RUN).read_text(encoding="ascii")
+    except (OSError, UnicodeDecodeError):
+        return ""
 
 
 def failure_key(name: str) -> str:

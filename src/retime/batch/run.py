@@ -345,7 +345,7 @@ def do_plan(
     progress: Callable[[ClipTask, tuple[Record, ...]], None] | None = None,
 ) -> list[Record]:
     """Do what was planned; return all records, by the clips' order."""
-    tasks = {task.name: task for task in planned.tasks}
+    tasks = {task.name: replace(task, run=manifest.run) for task in planned.tasks}
     found: dict[str, tuple[Record, ...]] = {}
     own = None
     try:

@@ -36,6 +36,9 @@ class ClipTask:
         What an earlier run recorded of the clip where it failed; unchanged, it is not tried again.
     overwrite : bool
         Replace what is there: it was asked for, or an earlier run says that it is its own.
+    run : str
+        Which run of the folder asks; where another has begun since, or none is at work, nothing is written. "" where
+        no run asks.
     """
 
     clip: str
@@ -47,6 +50,7 @@ class ClipTask:
     before: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     failed_before: Mapping[str, Any] | None = None
     overwrite: bool = False
+    run: str = ""
 
     __repr__ = brief_repr
 
@@ -67,6 +71,7 @@ class ClipTask:
             before=given["before"],
             failed_before=given["failed_before"],
             overwrite=given["overwrite"],
+            run=given.get("run", ""),
         )
 
 
