@@ -196,6 +196,22 @@ def test_a_cluster_without_workers_is_said_and_waited_for(tmp_path: Path, monkey
     assert result.counts == {"done": 1, "kept": 0, "failed": 0}
 
 
+def test_a_worker_that_stays_away_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = one_clip(tmp_path)
+    monkeypatch.setattr(engine, "_LOOK", 0.1)
+    monkeypatch.setattr(engine, "_STAYS_AWAY", 1.0)
+    client = engine.connect(None, workers=1)
+    try:
+        client.wait_for_workers(1, timeout=60)
+        # What starts workers again when they die is gone itself.
+        for nanny in list(client.cluster.workers.values()):
+            client.sync(nanny.close)
+        with pytest.warns(RetimeWarning, match="the cluster has no worker yet"):
+            assert run(root, tmp_path / "out", {"length": "80%"}, client=client).counts["done"] == 1
+    finally:
+        engine.disconnect(client)
+
+
 def test_an_address_that_is_none_is_said() -> None:
     with pytest.raises(OptionError, match=r"an address such as tcp://host:8786"):
         engine.connect("nonsense", workers=0)

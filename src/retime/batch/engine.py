@@ -32,12 +32,14 @@ from retime.batch.task import ClipTask, Record
 from retime.errors import MissingExtraError, OptionError, RetimeWarning, words_of
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client, Future, LocalCluster
 
 # Clips of a chunk, and chunks that wait at each thread of a worker beside the one at work.
 CHUNK, AHEAD = 8, 2
 # Seconds after which it is asked again how many workers there are.
 _ASK_AGAIN = 5.0
+# Seconds between looks at how many workers a cluster of ours has, and after which one that is missing is replaced.
+_LOOK, _STAYS_AWAY = 2.0, 45.0
 _GONE = "the scheduler is gone; run the same command again to go on"
 _UNFIT = (
     "a worker of the cluster can't work ({error}): all must see the clips and {out} under these names, and have this "
@@ -108,9 +110,28 @@ def connect(scheduler: str | None, *, workers: int) -> Client:
         processes=True,
         memory_limit=0,
         silence_logs=50,
-        preload=[dask_worker.__name__],
+        # By its file: a worker that starts needs nothing else of this package yet.
+        preload=[dask_worker.__file__],
     )
+    threading.Thread(target=_replace_lost, args=(cluster, workers), daemon=True).start()
     return Client(cluster)
+
+
+def _replace_lost(cluster: LocalCluster, workers: int) -> None:
+    """Start another worker where one stays away, until the cluster is closed.
+
+    Dask starts a worker again that has died, but for one that dies as it starts: a run without any would wait for ever.
+    """
+    from distributed.core import Status
+
+    missed = time.monotonic()
+    while cluster.status == Status.running:
+        time.sleep(_LOOK)
+        if len(cluster.scheduler.workers) >= workers:
+            missed = time.monotonic()
+        elif time.monotonic() - missed > _STAYS_AWAY:
+            cluster.scale(len(cluster.worker_spec) + 1)
+            missed = time.monotonic()
 
 
 def disconnect(client: Client, *, keep_cluster: bool = False) -> None:
@@ -222,10 +243,10 @@ def run_on(
         nonlocal threads, asked
         # Workers come and go; to ask for them takes a while.
         if not threads or time.monotonic() - asked > _ASK_AGAIN:
-            threads, asked = count_threads(client), time.monotonic()
-            if not threads:
+            first, threads, asked = not asked, count_threads(client), time.monotonic()
+            if first and not threads:
                 warnings.warn("the cluster has no worker yet: waiting for one", RetimeWarning, stacklevel=3)
-                threads = 1
+            threads = threads or 1
         while waiting and len(at_work) < threads * (1 + AHEAD):
             part = waiting.popleft()
             mark = secrets.token_hex(8)
