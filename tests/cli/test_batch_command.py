@@ -189,6 +189,10 @@ def test_restart_retry_and_force(run: Run, library: Path, tmp_path: Path) -> Non
     assert json.loads(run(*given, code=4).output)["failures"] == {"exists": 1, "format": 1}
     assert json.loads(run(*given, "--force", code=4).output)["done"] == 1
     assert json.loads(run(*given, "--resume", code=4).output)["kept"] == 2
+    # The broken one stays broken; nothing but this tries it again.
+    assert json.loads(run(*given, code=4).output)["failures"] == {"format": 1}
+    planned = [json.loads(run(*given, "--dry-run", *more).output) for more in ((), ("--retry",))]
+    assert [(one["failed_before"], one["to_do"]) for one in planned] == [(1, 0), (0, 1)]
     assert json.loads(run(*given, "--restart", code=4).output)["done"] == 2
 
 

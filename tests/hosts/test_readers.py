@@ -248,6 +248,11 @@ def test_weighted_tangents_are_handles(tmp_path) -> None:
         ),
         (f'\tsetAttr ".tan" 2;\n{KTV}\tsetAttr -s 3 ".kot[0:2]" 18;\n', r"\.kot\[0:2\] is of 3 keys, found 1"),
         ('\tsetAttr ".tan" 2;\n\tsetAttr ".ktv[0:1]"  1 1 26 inf;\n', r"a\.ma:11: expected a finite number"),
+        (
+            f'\tsetAttr ".tan" 1;\n\tsetAttr ".wgt" no;\n{KTV}\tsetAttr -s 2 ".kox[0:1]" 5e-324 1;\n'
+            '\tsetAttr -s 2 ".koy[0:1]" 0.9 0;\n',
+            r"a\.ma:12: the tangent of key 0 is all but upright",
+        ),
         ('\tsetAttr ".tan" 2;\n', "two or more keys"),
         ('\tsetAttr ".tan" "2;\n', r"a text in quotes does not end"),
     ],

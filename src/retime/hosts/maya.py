@@ -30,6 +30,7 @@ from retime.hosts.bezier import drawn
 from retime.hosts.choosing import chosen
 from retime.hosts.shot import MOST_KEYS, Shot, plain_rows, warp_of
 from retime.hosts.text import Lines, decoded, number, quoted, script_numbers
+from retime.limits import MOST_SECONDS
 from retime.warp.curve import Warp
 
 _UNITS = {
@@ -346,6 +347,12 @@ def _handle(
         raise FormatError(
             f"the tangent of key {key} is {what}: only Maya knows where that curve runs. In the Graph Editor choose "
             "Tangents > Fixed, which writes it down, or Linear",
+            line=line,
+        )
+    # Multiplied, as the quotient of a direction that is all but upright is no number.
+    if not weighted and abs(width / 3 * y) > MOST_SECONDS * x:
+        raise FormatError(
+            f"the tangent of key {key} is all but upright, its handle ends beyond {MOST_SECONDS:g} s: make it flatter",
             line=line,
         )
     return (x / 3, y / 3) if weighted else (width / 3, width / 3 * y / x)
