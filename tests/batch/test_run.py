@@ -159,6 +159,44 @@ def test_a_run_that_died_is_gone_on_with(library: Path, tmp_path: Path) -> None:
     }
 
 
+def test_clips_may_be_listed(library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are named by their places below the folder that they share, and others beside them are let be."""
+    whole = run(library, tmp_path / "whole", {"length": "80%"}, workers=0)
+    chosen = [library / "walks" / "slow" / "b.bvh", library / "c.bvh"]
+    monkeypatch.chdir(library)
+    # One that is listed twice is done once.
+    odd = [Path("walks", "slow", "b.bvh"), Path(library, "..", library.name, "c.bvh"), Path("c.bvh")]
+    some = run(odd, tmp_path / "some", {"length": "80%"}, workers=0)
+    names = [path.relative_to(library).as_posix() for path in sorted(chosen)]
+    assert [record.name for record in some.records] == names
+    for record in some.records:
+        of_whole = next(one for one in whole.records if one.name == record.name)
+        assert (record.status, record.code, record.output) == (of_whole.status, of_whole.code, of_whole.output)
+        if record.output:
+            assert (tmp_path / "some" / record.output).read_bytes() == (tmp_path / "whole" / record.output).read_bytes()
+    # One alone lies in its own folder; the same list again does nothing twice.
+    assert run([chosen[0]], tmp_path / "one", {"length": "80%"}, workers=0).records[0].name == "b.bvh"
+    assert run(odd, tmp_path / "some", {"length": "80%"}, workers=0).counts["done"] == 0
+
+
+def test_a_list_that_can_t_be_is_refused_and_nothing_is_written(library: Path, tmp_path: Path) -> None:
+    clip = library / "c.bvh"
+    note = tmp_path / "note.txt"
+    note.write_text("no clip")
+    for listed, said in (
+        ([], "no clip was named"),
+        ([clip, library / "gone.bvh"], "gone.bvh is not there"),
+        ([clip, note], "note.txt is of no format that holds clips"),
+    ):
+        with pytest.raises(OptionError, match=said):
+            run(listed, tmp_path / "out", {"length": "80%"}, workers=0)
+    assert not (tmp_path / "out").exists()
+    before = clip.read_bytes()
+    with pytest.raises(OptionError, match="is read here, and never replaced"):
+        run([clip], clip.parent, {"length": "80%"}, workers=0, force=True)
+    assert clip.read_bytes() == before
+
+
 def test_a_stranger_s_file_is_not_replaced(library: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path, PurePosixPath
@@ -107,13 +107,15 @@ class Survey:
     __repr__ = brief_repr
 
 
-def survey(folder: Path, out: Path, recipe: Recipe) -> Survey:
-    """Look at a folder, and say what each of its clips gets. Nothing is written.
+def survey(clips: Path | Sequence[Path], out: Path, recipe: Recipe) -> Survey:
+    """Look at clips, and say what each of them gets. Nothing is written.
 
     Parameters
     ----------
-    folder, out : Path
-        Where the clips are, and where their outputs go.
+    clips : Path or sequence of Path
+        The folder that they are in; or they themselves, which are named by their places below the folder they share.
+    out : Path
+        Where their outputs go.
     recipe : Recipe
         What each gets.
 
@@ -124,14 +126,18 @@ def survey(folder: Path, out: Path, recipe: Recipe) -> Survey:
         be written under one name.
     """
     # A worker may stand elsewhere.
-    folder, out = folder.absolute(), out.absolute()
-    real_in, real_out = Path(os.path.realpath(folder)), Path(os.path.realpath(out))
-    if real_in == real_out or real_in in real_out.parents or real_out in real_in.parents:
-        raise OptionError(
-            f"{out} and {folder} lie in one another: outputs would be taken for clips; choose another place"
-        )
+    out = out.absolute()
+    if isinstance(clips, Path):
+        folder, only = clips.absolute(), None
+        real_in, real_out = Path(os.path.realpath(folder)), Path(os.path.realpath(out))
+        if real_in == real_out or real_in in real_out.parents or real_out in real_in.parents:
+            raise OptionError(
+                f"{out} and {folder} lie in one another: outputs would be taken for clips; choose another place"
+            )
+    else:
+        folder, only = _listed(clips)
     patterns = {name for one in (recipe.base, *_treatments(recipe)) for name in one.beside}
-    tree = find_clips(folder, beside=tuple(sorted(patterns)))
+    tree = find_clips(folder, beside=tuple(sorted(patterns)), only=only)
     recipe.refuse_unknown([clip.name for clip in tree.clips])
     treatments = {clip.name: _with_places(recipe.treatment_of(clip.name)) for clip in tree.clips}
     _refuse_missing(treatments.values())
@@ -147,7 +153,33 @@ def survey(folder: Path, out: Path, recipe: Recipe) -> Survey:
         if (treatment := treatments[clip.name]) is not None
     ]
     _refuse_shared_places(tasks, tree)
+    if only is not None:
+        _refuse_inputs(tasks)
     return Survey(tree, out, tuple(tasks))
+
+
+def _listed(clips: Sequence[Path]) -> tuple[Path, list[Path]]:
+    """Return the folder that clips share, and where they are."""
+    # Points between folders are no names; links stay what they are called.
+    only = [Path(os.path.normpath(one.absolute())) for one in clips]
+    if not only:
+        raise OptionError("no clip was named")
+    try:
+        return Path(os.path.commonpath([one.parent for one in only])), only
+    except ValueError:
+        # Windows, where a drive shares nothing with another.
+        raise OptionError("the clips lie on several drives: do those of each by themselves") from None
+
+
+def _refuse_inputs(tasks: Iterable[ClipTask]) -> None:
+    """Raise OptionError where an output would replace a clip, or what lies beside it."""
+    tasks = list(tasks)
+    read = {os.path.realpath(one) for task in tasks for one in (task.clip, *(source for source, _ in task.beside))}
+    for task in tasks:
+        for number in range(len(task.places)):
+            for place in places_with(task, number):
+                if os.path.realpath(Path(task.out, place)) in read:
+                    raise OptionError(f"{place} of {task.out} is read here, and never replaced; choose another place")
 
 
 def plan(
@@ -260,7 +292,7 @@ def _numbered(name: str, variants: int) -> list[str]:
 
 
 def run(
-    folder: str | PathLike[str],
+    clips: str | PathLike[str] | Sequence[str | PathLike[str]],
     out: str | PathLike[str],
     recipe: Recipe | Mapping[str, Any] | None = None,
     *,
@@ -274,15 +306,17 @@ def run(
     force: bool = False,
     progress: Callable[[ClipTask, tuple[Record, ...]], None] | None = None,
 ) -> BatchResult:
-    """Give every clip below a folder new timing; broken ones are reported, and the others go on.
+    """Give many clips new timing; broken ones are reported, and the others go on.
 
-    Outputs stand below `out` as the clips stand below `folder`. What an earlier run has done of the same bytes by the
-    same settings is not done again.
+    Outputs stand below `out` as the clips stand below their folder. What an earlier run has done of the same bytes
+    by the same settings is not done again.
 
     Parameters
     ----------
-    folder, out : path-like
-        Where the clips are, and where their outputs go.
+    clips : path-like, or sequence of path-like
+        The folder below which all clips are meant; or the clips themselves, whose folder is the one that they share.
+    out : path-like
+        Where their outputs go.
     recipe : Recipe or mapping, optional
         What each gets; a mapping of settings (``{"length": "80%"}``) holds for all.
     client : distributed.Client, optional
@@ -321,7 +355,8 @@ def run(
     if most_memory is None and client is None:
         most_memory = share_of_memory(workers)
     bounds = Bounds(most_memory, most_seconds)
-    surveyed = survey(Path(folder), Path(out), recipe)
+    listed = Path(clips) if isinstance(clips, str | PathLike) else [Path(one) for one in clips]
+    surveyed = survey(listed, Path(out), recipe)
     surveyed.out.mkdir(parents=True, exist_ok=True)
     manifest = Manifest(surveyed.out)
     try:

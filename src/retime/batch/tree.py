@@ -87,7 +87,7 @@ class Tree:
     cuts: tuple[Cuts, ...] = field(default=())
 
 
-def find_clips(root: Path, *, beside: tuple[str, ...] = ()) -> Tree:
+def find_clips(root: Path, *, beside: tuple[str, ...] = (), only: Sequence[Path] | None = None) -> Tree:
     """Look through a folder, and the folders in it, for files of known formats.
 
     Parameters
@@ -96,18 +96,29 @@ def find_clips(root: Path, *, beside: tuple[str, ...] = ()) -> Tree:
         The folder. Links to folders are not followed; names that begin with a dot are passed over.
     beside : tuple of str
         Names of files that belong to clips (``{stem}_labels.csv``), and are none.
+    only : sequence of Path, optional
+        The files below it that are meant; left out, all.
 
     Raises
     ------
     OptionError
-        It is no folder.
+        It is no folder; one of `only` is not there, or of no format that is known.
     FormatError
         A `FRAME_CUTS` in it is none.
     """
     if not root.is_dir():
         raise OptionError(f"{root} is not a folder")
     endings = {suffix for known in FORMATS if not known.shared_ending for suffix in known.suffixes}
-    files = {path.relative_to(root).as_posix(): path for path in _files(root)}
+    if only is None:
+        files = {path.relative_to(root).as_posix(): path for path in _files(root)}
+    else:
+        for path in only:
+            if not path.is_file():
+                raise OptionError(f"the clip {path} is not there")
+            if plain_path(path).suffix.lower() not in endings:
+                raise OptionError(f"{path} is of no format that holds clips (retime info {path.name} says more)")
+        tables = {above / FRAME_CUTS for path in only for above in path.parents if above.is_relative_to(root)}
+        files = {path.relative_to(root).as_posix(): path for path in (*only, *filter(Path.is_file, tables))}
     cuts = [_frame_cuts(files[name], name) for name in sorted(files) if PurePosixPath(name).name == FRAME_CUTS]
     # The nearest table above a clip holds for it.
     by_folder = {PurePosixPath(one.name).parent: one for one in cuts}
