@@ -55,6 +55,25 @@ def test_modules_come_when_asked_for_and_help_needs_no_extra() -> None:
     subprocess.run([sys.executable, "-c", CODE], check=True, timeout=120)
 
 
+UNINSTALLED = """
+import importlib
+import importlib.metadata
+
+
+def missing(name):
+    raise importlib.metadata.PackageNotFoundError(name)
+
+
+importlib.metadata.version = missing
+for name in ("retime", "retime.batch", "retime.formats", "retime.evaluate", "retime.hosts.registry", "retime.cli.main"):
+    importlib.import_module(name)
+"""
+
+
+def test_docs_are_made_of_a_retime_that_is_not_installed() -> None:
+    subprocess.run([sys.executable, "-c", UNINSTALLED], check=True, timeout=120)
+
+
 def test_the_notebook_comes_with_its_extra() -> None:
     pytest.importorskip("anywidget", reason="needs the extra notebook")
     assert retime.notebook.edit.__module__ == "retime.notebook"

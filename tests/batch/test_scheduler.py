@@ -165,7 +165,7 @@ def test_a_worker_that_can_t_work_ends_the_run_and_is_no_fault_of_a_clip(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     root = one_clip(tmp_path)
-    monkeypatch.setattr(engine, "_VERSION", "0.0.1")
+    monkeypatch.setattr(engine, "own_version", lambda: "0.0.1")
     with (
         distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as local,
         distributed.Client(local) as client,

@@ -15,14 +15,13 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache, lru_cache
-from importlib.metadata import version
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from retime.batch.labels import ShownFrames, retimed_beside
 from retime.batch.manifest import run_at_work
-from retime.batch.task import ClipTask, Record
+from retime.batch.task import ClipTask, Record, own_version
 from retime.batch.treatment import Treatment
 from retime.errors import (
     FormatError,
@@ -202,7 +201,7 @@ def _hash(task: ClipTask, number: int, files: Sequence[Path]) -> str:
     # read stand among its files; which of them are asked for today only the treatment tells.
     named = {name: _digests(treatment.pop(name)) for name in ("reference", "skeleton") if name in treatment}
     what = {
-        "version": _version(),
+        "version": own_version(),
         "treatment": treatment,
         "named": named,
         "ending": Path(task.places[number]).suffix.lower(),
@@ -224,11 +223,6 @@ def _stamps(paths: Iterable[str]) -> list[tuple[int, int]]:
 def _digest(path: Path) -> str:
     status = path.stat()
     return _digest_of(str(path), status.st_mtime_ns, status.st_size)
-
-
-@cache
-def _version() -> str:
-    return version("retime")
 
 
 @lru_cache(maxsize=256)

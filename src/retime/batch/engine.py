@@ -20,7 +20,6 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +27,7 @@ from retime.batch import dask_worker
 from retime.batch.child import ChildRunner
 from retime.batch.clip import failed
 from retime.batch.manifest import STATE
-from retime.batch.task import ClipTask, Record
+from retime.batch.task import ClipTask, Record, own_version
 from retime.errors import MissingExtraError, OptionError, RetimeWarning, words_of
 
 if TYPE_CHECKING:
@@ -45,7 +44,6 @@ _UNFIT = (
     "a worker of the cluster can't work ({error}): all must see the clips and {out} under these names, and have this "
     "version of retime[batch]. What is done is kept; run the same command again to go on"
 )
-_VERSION = version("retime")
 # A clip that was alone at so many workers when they died is set aside.
 _AGAIN = 3
 
@@ -252,7 +250,7 @@ def run_on(
             mark = secrets.token_hex(8)
             lines = [task.to_json() for task in part]
             future = _of_scheduler(
-                client.submit, _do_chunk, lines, str(out), mark, bounds, _VERSION, pure=False, retries=0
+                client.submit, _do_chunk, lines, str(out), mark, bounds, own_version(), pure=False, retries=0
             )
             at_work[future] = part
             completed.add(future)
@@ -315,8 +313,8 @@ def _do_chunk(
 
     Dask by itself runs a task again whose worker died, and knows nothing of what was done by then.
     """
-    if asked != _VERSION:
-        raise RuntimeError(f"it has retime {_VERSION}, and {asked} asks")
+    if asked != own_version():
+        raise RuntimeError(f"it has retime {own_version()}, and {asked} asks")
     try:
         (Path(out) / STATE / f"chunk-{mark}").open("x").close()
     except FileExistsError:

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cache
+from importlib.metadata import version
 from typing import Any, Literal
 
 from retime.batch.treatment import Treatment, settings
 from retime.brief import brief_repr
 
 Status = Literal["done", "kept", "failed", "old"]
+
+
+@cache
+def own_version() -> str:
+    """Return the version of retime that is installed; asked when something is done, for docs are made without."""
+    return version("retime")
 
 
 @dataclass(frozen=True)
