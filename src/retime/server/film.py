@@ -223,12 +223,12 @@ def _heard_warp(heard: bytes, seconds: float) -> Warp:
     if not all(np.isfinite(one).all() for one in (times, values, keys)) or (np.diff(times) <= 0).any():
         raise problem
     # As long as the film, whose last frame is the last that fits. What is as good as at a keytime is that keytime.
-    keys = keys[(keys > _APART) & (keys < seconds - _APART)]
+    keys = np.unique(keys[(keys > _APART) & (keys < seconds - _APART)])
     others = times[(times > _APART) & (times < seconds - _APART)]
     others = others[[not len(keys) or np.abs(keys - time).min() > _APART for time in others.tolist()]]
     moments = np.unique(np.concatenate([[0.0], keys, others, [seconds]]))
     places = np.interp(moments, times, values)
-    pairs = zip(np.unique(keys).tolist(), np.interp(np.unique(keys), times, values).tolist(), strict=True)
+    pairs = zip(keys.tolist(), np.interp(keys, times, values).tolist(), strict=True)
     return Warp(moments, places, tuple(Keytime(input_time=place, output_time=key) for key, place in pairs))
 
 

@@ -28,14 +28,17 @@ export const MEDIA_ENDINGS: readonly string[] = [
 ];
 
 export function isMedia(path: string): boolean {
-  const lower = path.toLowerCase();
-  return MEDIA_ENDINGS.some((ending) => lower.endsWith(ending));
+  return endsInOne(path, MEDIA_ENDINGS);
 }
 
 /** Of films that move and have no sound. */
 export const ANIMATION_ENDINGS: readonly string[] = [".gif", ".webp", ".apng"];
 
 export function isAnimation(path: string): boolean {
+  return endsInOne(path, ANIMATION_ENDINGS);
+}
+
+function endsInOne(path: string, endings: readonly string[]): boolean {
   const lower = path.toLowerCase();
-  return ANIMATION_ENDINGS.some((ending) => lower.endsWith(ending));
+  return endings.some((ending) => lower.endsWith(ending));
 }
