@@ -347,6 +347,27 @@ def test_what_is_broken_is_refused(tmp_path, kind) -> None:
     assert caught.value.path == str(path)
 
 
+def test_frames_are_not_made_on_the_word_of_one_time(tmp_path) -> None:
+    """A time that is hours off would make 300,000 frames of five, of 245 MB; so would a number."""
+    times = [0, 33, 66, 99, 1e7]
+    content = [{"timestamp_ms": time, "landmarks": one} for time, one in zip(times, LISTS, strict=False)]
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    with (
+        pytest.warns(FormatWarning, match="uneven"),
+        pytest.raises(FormatError, match=r"from frame 3 on to 300000 nothing .* 300001 frames .* made of 5; is that"),
+    ):
+        read(tmp_path / "a.json")
+    numbers = [{"frame": number, "landmarks": one} for number, one in zip((7, 8, 90_008), LISTS, strict=False)]
+    (tmp_path / "b.json").write_text(json.dumps(numbers))
+    with pytest.raises(FormatError, match="from frame 8 on to 90008 nothing"):
+        read(tmp_path / "b.json", rate=30)
+    # A pause of minutes is no such thing.
+    content[4]["timestamp_ms"] = 300_000
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    with pytest.warns(FormatWarning):
+        assert read(tmp_path / "a.json").n_frames == 9001
+
+
 def test_a_picture_called_json_is_named(tmp_path) -> None:
     (tmp_path / "a.json").write_bytes(b"\x89PNG\r\n\x1a\n....")
     with pytest.raises(FormatError, match="a PNG picture"):

@@ -15,6 +15,7 @@ from retime.errors import FormatError, FormatWarning
 from retime.formats.channel_meaning import make_signal
 from retime.formats.keypoints.frames import Found
 from retime.formats.keypoints.people import follow
+from retime.formats.made_frames import too_many_made
 from retime.formats.read_options import ReadOptions
 from retime.formats.tables.time_column import numeric_times
 from retime.motion.channels import LINEAR
@@ -24,7 +25,6 @@ from retime.motion.signal import Signal
 
 # People who are seen in a smaller share of the frames are passers-by, or none.
 _SELDOM = 0.1
-_MOST_NUMBERS = 1 << 26
 
 
 def signal_of(path: Path, found: Found, options: ReadOptions) -> Signal:
@@ -50,10 +50,13 @@ def signal_of(path: Path, found: Found, options: ReadOptions) -> Signal:
             f"{options.limits.channels} (Limits.frames, Limits.channels)",
             path=path,
         )
-    if n_frames * n_channels > _MOST_NUMBERS:
+    n_numbers = sum(len(one.poses) for one in often) * len(found.names) * n_axes
+    if too_many_made(n_frames, n_channels, n_rows=len(places), n_numbers=n_numbers):
+        longest = int(np.diff(places).argmax())
         raise FormatError(
-            f"{n_frames} frames of {n_channels} channels are {n_frames * n_channels} numbers, the limit is "
-            f"{_MOST_NUMBERS}",
+            f"from frame {first_frame + places[longest]} on to {first_frame + places[longest + 1]} nothing is there, and "
+            f"{n_frames} frames of {n_channels} channels ({8 * n_frames * n_channels / 1e9:.2g} GB) would be made of "
+            f"{len(places)}; is that number or time right?",
             path=path,
         )
     values = np.full((n_frames, len(often), len(found.names), n_axes), np.nan)

@@ -10,23 +10,18 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.errors import FormatWarning
+from retime.formats.made_frames import too_many_made
 from retime.formats.tables.table_rows import TableRows
 from retime.formats.tables.table_text import TableText
 from retime.formats.tables.time_column import RATE_OF_ONE_ROW, TimeColumn, TimesError, numeric_times, text_times
 from retime.formats.tables.time_names import form_of_name, is_frame_name, is_time_name
 from retime.formats.tables.time_text import form_of_text
-from retime.limits import MOST_NUMBERS
 from retime.motion.blending import Places
 from retime.motion.channels import matching
 from retime.motion.clock import ClockForm
 
 TIME_NAMES = ("time", "t", "seconds", "timestamp")
 """What a column of times is called, of those that programs write by themselves."""
-# So many frames, of so many numbers, may be made of rows that are uneven in time, or so many of each that is there; and
-# no more than an output may have.
-_MOST_FRAMES_MADE = 1 << 18
-_MOST_MADE = 1 << 22
-_MADE_OF_ONE = 100
 _RATE_HINT = "; a rate that is given (--fps) takes the rows as even"
 
 
@@ -192,18 +187,12 @@ class TableClock:
             )
         steps = np.diff(at)
         longest = int(steps.argmax())
-        # What a few rows claim by their times is not taken on their word: one time that is wrong makes days of frames.
         n_rows, n_channels = self.rows.values.shape
-        numbers = n_frames * n_channels
-        if (
-            n_frames > max(_MOST_FRAMES_MADE, _MADE_OF_ONE * n_rows)
-            or numbers > max(_MOST_MADE, _MADE_OF_ONE * self.rows.values.size)
-            or numbers > max(MOST_NUMBERS, self.rows.values.size)
-        ):
+        if too_many_made(n_frames, n_channels, n_rows=n_rows, n_numbers=self.rows.values.size):
             raise self.text.error(
                 self.text.line_of_row(longest + 1),
                 f"{clock.name!r} goes on by {steps[longest]:.6g} s here, and {n_frames} frames of {n_channels} columns "
-                f"({8 * numbers / 1e9:.2g} GB) would be made of {n_rows} rows; is this time right? A lower rate makes "
+                f"({8 * n_frames * n_channels / 1e9:.2g} GB) would be made of {n_rows} rows; is this time right? A lower rate makes "
                 "fewer (--fps)",
             )
         warnings.warn(
