@@ -208,6 +208,10 @@ def test_a_key_further_off_than_any_that_is_read_is_refused() -> None:
     data = one_curve(track([0.0, 90.0], [0.0, 0.0], CUBIC | USER, [(9e29, 0.0), (0.0, 0.0)])).binary()
     with pytest.raises(FormatError, match="key 1 of a curve has a value that is not finite, or beyond any use"):
         retimed(data, Warp([0.0, 10.0, 70.0], [0.0, 30.0, 90.0]))
+    # What goes straight on as steeply as its last keys, a tick apart, is soon beyond what single precision holds.
+    steep = replace(track([0.0, 1.0, 1.0 + 1 / TICKS], [0.0, 0.0, 1e29], LINEAR), post="K")
+    with pytest.raises(FormatError, match="of a curve has a value that is not finite, or beyond any use"):
+        retimed(one_curve(steep, 2.0).binary(), Warp([0.0, 3.0], [0.0, 2.0]))
 
 
 def test_a_step_played_backward_jumps_where_its_key_was() -> None:

@@ -386,7 +386,9 @@ def _with_jumps(pieces: _Pieces, end_values: FloatArray) -> _Pieces:
 
 
 def _single(values: FloatArray) -> NDArray[np.float32]:
-    return values.astype(np.float32)
+    # What goes beyond single precision overshot what any reader takes, and is refused when it is written.
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
 
 
 def _keys(
