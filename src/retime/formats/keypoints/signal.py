@@ -53,10 +53,11 @@ def signal_of(path: Path, found: Found, options: ReadOptions) -> Signal:
     n_numbers = sum(len(one.poses) for one in often) * len(found.names) * n_axes
     if too_many_made(n_frames, n_channels, n_rows=len(places), n_numbers=n_numbers):
         longest = int(np.diff(places).argmax())
+        before, after = (first_frame + place for place in places[longest : longest + 2])
+        gigabytes = 8 * n_frames * n_channels / 1e9
         raise FormatError(
-            f"from frame {first_frame + places[longest]} on to {first_frame + places[longest + 1]} nothing is there, and "
-            f"{n_frames} frames of {n_channels} channels ({8 * n_frames * n_channels / 1e9:.2g} GB) would be made of "
-            f"{len(places)}; is that number or time right?",
+            f"from frame {before} on to {after} nothing is there, and {n_frames} frames of {n_channels} channels "
+            f"({gigabytes:.2g} GB) would be made of {len(places)}; is that number or time right?",
             path=path,
         )
     values = np.full((n_frames, len(often), len(found.names), n_axes), np.nan)

@@ -189,10 +189,11 @@ class TableClock:
         longest = int(steps.argmax())
         n_rows, n_channels = self.rows.values.shape
         if too_many_made(n_frames, n_channels, n_rows=n_rows, n_numbers=self.rows.values.size):
+            gigabytes = 8 * n_frames * n_channels / 1e9
             raise self.text.error(
                 self.text.line_of_row(longest + 1),
                 f"{clock.name!r} goes on by {steps[longest]:.6g} s here, and {n_frames} frames of {n_channels} columns "
-                f"({8 * n_frames * n_channels / 1e9:.2g} GB) would be made of {n_rows} rows; is this time right? A lower rate makes "
+                f"({gigabytes:.2g} GB) would be made of {n_rows} rows; is this time right? A lower rate makes "
                 "fewer (--fps)",
             )
         warnings.warn(
