@@ -20,15 +20,15 @@ from tests.fuzz.trials import Trial, mutated_json, mutated_text
 @functools.cache
 def whole_files() -> tuple[tuple[str, Any], ...]:
     """Return documents that mutants are made of, each with the program that writes so."""
-    poses = moving(5, 15, n_axes=2)
+    poses = moving(3, 15, n_axes=2)
     people = [openpose_people([pose, pose + 3], [np.ones(15)] * 2) for pose in poses]
-    lists = landmarks(moving(5, 17))
+    lists = landmarks(moving(3, 17))
     return (
         ("OpenPose", people),
         ("OpenPose in one file", {"fps": 30, "frames": people}),
         ("MediaPipe", [{"frame": n, "timestamp_ms": 33 * n, "landmarks": one} for n, one in enumerate(lists)]),
         ("MediaPipe's tasks", [{"landmarks": [one, one], "time": n / 30} for n, one in enumerate(lists)]),
-        ("lists of numbers", {"metadata": {"fps": 25}, "data": moving(5, 17).tolist()}),
+        ("lists of numbers", {"metadata": {"fps": 25}, "data": moving(3, 17).tolist()}),
         ("points by name", [dict(zip("abcde", one, strict=False)) for one in lists]),
     )
 

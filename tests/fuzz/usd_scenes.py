@@ -94,7 +94,7 @@ class Mutants:
         try:
             usd.read_by(self.decoder, path, data, _OPTIONS)
             # Retiming takes as long as ten readings.
-            if draw.random() < 0.7:
+            if draw.random() < 0.9:
                 return "read"
             end = "read, not retimed"
             how = draw.randrange(4)
