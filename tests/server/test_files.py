@@ -115,7 +115,12 @@ def test_a_file_that_is_to_be_a_clip_is_read_before_it_may_be_one(served) -> Non
         assert page.until("found", path="broken.bvh")["refused"] is None
         # In the place of all that is open it would leave nothing to see.
         page.say("open", path="gaps.csv")
-        assert "gaps.csv" in page.until("refused")["reason"]
+        reason = page.until("refused")["reason"]
+        assert "gaps.csv" in reason
+        assert "“Gaps” under How it is read can bridge them" in reason
+        assert reason.endswith(". That can be said of a clip which is added under Clips")
+        page.say("open", path="broken.bvh")
+        assert "Clips" not in page.until("refused")["reason"]
         # The document is as it was, and an edit of it is solved.
         page.edit(options={"length": "80%"})
         assert page.curve()["type"] == "curve"

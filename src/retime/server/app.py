@@ -20,7 +20,7 @@ from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from retime.errors import FormatError, RetimeError, words_of
+from retime.errors import FormatError, RetimeError
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.document import Document
 from retime.project.recent import recent
@@ -124,7 +124,7 @@ class Editor:
         try:
             place = await self._shared.keep_output(self._drops)
         except (RetimeError, OSError) as error:
-            return PlainTextResponse(words_of(error), 409)
+            return PlainTextResponse(words_for_page(error), 409)
         except Exception as error:
             return PlainTextResponse(words_for_page(error), 500)
         return JSONResponse({"path": str(place)})

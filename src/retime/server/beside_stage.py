@@ -14,7 +14,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from retime.errors import FormatError, MissingExtraError, OptionError, RetimeError, words_of
+from retime.errors import FormatError, MissingExtraError, OptionError, RetimeError
 from retime.media.beats import Found, read_beats
 from retime.media.process import check_media
 from retime.progress import watching
@@ -119,4 +119,4 @@ def _refusal(error: RetimeError | OSError) -> Response:
         if isinstance(error, kind):
             status = number
             break
-    return PlainTextResponse(words_of(error), status)
+    return PlainTextResponse(words_for_page(error), status)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from retime.errors import FormatError, OptionError, words_of
+from retime.errors import FormatError, OptionError
 from retime.file_names import usable_name
 from retime.formats.compressed import COMPRESSED, plain_path
 from retime.formats.registry import FORMATS
@@ -13,6 +13,7 @@ from retime.media.kinds import SOUND_SUFFIXES, VIDEO_SUFFIXES
 from retime.project.allowed_places import AllowedPlaces
 from retime.project.file import SUFFIX
 from retime.server import messages
+from retime.server.unexpected import words_for_page
 
 # The endings of the files that hold clips, but for one that most files with it don't.
 OPENS = tuple(
@@ -59,7 +60,7 @@ def found(places: AllowedPlaces, message: messages.Find) -> messages.Found:
             raise OptionError(f"{place}: " + ("a folder, not a file" if place.is_dir() else "there is no such file"))
     except (OptionError, OSError) as error:
         # Of a file outside the allowed folders nothing is told, not even whether it exists.
-        return messages.Found(message.path, "", words_of(error), False)
+        return messages.Found(message.path, "", words_for_page(error), False)
     return messages.Found(message.path, str(place), None, place.exists())
 
 

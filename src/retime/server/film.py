@@ -23,7 +23,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from retime.errors import FormatError, OptionError, OutputExistsError, RetimeError, words_of
+from retime.errors import FormatError, OptionError, OutputExistsError, RetimeError
 from retime.media.apply import retime_media
 from retime.media.description import describe_media
 from retime.media.extras import needed
@@ -112,9 +112,9 @@ class Films:
                 raise OptionError(f"what is heard takes more than {_MOST_HEARD_BYTES} bytes to say")
             film = await asyncio.to_thread(self._begun, dict(request.query_params), heard)
         except OutputExistsError as error:
-            return PlainTextResponse(words_of(error), 409)
+            return PlainTextResponse(words_for_page(error), 409)
         except (RetimeError, OSError) as error:
-            return PlainTextResponse(words_of(error), 400)
+            return PlainTextResponse(words_for_page(error), 400)
         while len(self._films) >= _MOST_FILMS:
             self._forget(next(iter(self._films)))
         name = secrets.token_hex(16)
@@ -171,7 +171,7 @@ class Films:
         try:
             await asyncio.to_thread((film.folder / (_PATTERN % number)).write_bytes, data)
         except OSError as error:
-            return PlainTextResponse(f"the picture can't be kept: {words_of(error)}", 507)
+            return PlainTextResponse(f"the picture can't be kept: {words_for_page(error)}", 507)
         return Response(status_code=204)
 
     async def _end(self, request: Request) -> Response:
@@ -186,7 +186,7 @@ class Films:
         except _StoppedError:
             return PlainTextResponse("the film was stopped", 410)
         except (RetimeError, OSError) as error:
-            return PlainTextResponse(words_of(error), 400)
+            return PlainTextResponse(words_for_page(error), 400)
         except Exception as error:
             return PlainTextResponse(words_for_page(error), 500)
         finally:

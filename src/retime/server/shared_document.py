@@ -35,6 +35,7 @@ from retime.server.drawn_messages import kept_message
 from retime.server.message_coding import write_message
 from retime.server.messages import ServerMessage
 from retime.server.outbox import Outbox
+from retime.server.page_words import of_unopened
 from retime.server.solver_thread import Findings, Job, SolverThread
 from retime.server.unexpected import words_for_page
 from retime.warp.curve import Warp
@@ -339,7 +340,7 @@ class SharedDocument:
         def read(error: Exception | None, notices: list[messages.Notice]) -> None:
             if error is not None:
                 self._opening = False
-                page.put(messages.Refused("open", text, words_for_page(error)))
+                page.put(messages.Refused("open", text, of_unopened(words_for_page(error))))
                 return
             self._replace(
                 page, text, lambda: self._noted(place, open_document(new, folder=self._state_folder)), notices

@@ -27,6 +27,7 @@ from retime.server.drawn_messages import clip_messages, curve_message, why_messa
 from retime.server.freed_memory import give_back_freed_memory
 from retime.server.latest_only_thread import LatestOnlyThread
 from retime.server.messages import ServerMessage
+from retime.server.page_words import page_words
 from retime.server.unexpected import words_for_page
 
 # Seconds in which nothing is asked for, before a curve is explained: explaining takes some times as long as solving.
@@ -371,4 +372,4 @@ def _warnings_told(say: Callable[[messages.Notice], None]) -> Iterator[None]:
             yield
         finally:
             for text in dict.fromkeys(str(warning.message) for warning in caught):
-                say(messages.Notice("warning", text))
+                say(messages.Notice("warning", page_words(text)))

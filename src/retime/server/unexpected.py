@@ -6,6 +6,7 @@ import itertools
 import logging
 
 from retime.errors import RetimeError, words_of
+from retime.server.page_words import page_words
 
 _log = logging.getLogger("retime.server")
 _numbers = itertools.count(1)
@@ -19,7 +20,8 @@ def words_for_page(error: BaseException) -> str:
     Parameters
     ----------
     error : BaseException
-        What retime raises on purpose, what the system refuses, and a want of memory are said in their own words.
+        What retime raises on purpose, what the system refuses, and a want of memory are said in their own words,
+        and in the page's where they name what to set.
         Anything else is a fault of retime's: it gets a number, and is logged with where it happened.
 
     Returns
@@ -28,7 +30,7 @@ def words_for_page(error: BaseException) -> str:
         For whoever asked for what failed.
     """
     if isinstance(error, RetimeError | OSError | MemoryError):
-        return words_of(error)
+        return page_words(words_of(error))
     number = next(_numbers)
     _log.error("fault %d in retime", number, exc_info=error)
     words = words_of(error)
