@@ -66,11 +66,18 @@ def test_a_wheel_that_should_have_kernels_and_has_none_is_found(tmp_path) -> Non
 def test_what_is_wrong_with_an_sdist_is_said(tmp_path) -> None:
     path = tmp_path / "retime-1.2.3.tar.gz"
     with tarfile.open(path, "w:gz") as archive:
-        for name in ("pyproject.toml", "README.md", "LICENSE", "CMakeLists.txt", "tools/build_backend.py", ".git/HEAD"):
+        for name in (
+            *("pyproject.toml", "README.md", "LICENSE", "CMakeLists.txt", "tools/build_backend.py", "PKG-INFO"),
+            *(".git/HEAD", "out.txt"),
+        ):
             member = tarfile.TarInfo(f"retime-1.2.3/{name}")
             archive.addfile(member, io.BytesIO(b""))
     faults = release_check.faults_of_sdist(path, "1.2.3")
     assert "lacks src/retime/server/page/index.html" in faults
     assert "lacks src/retime/kernels/module.cpp" in faults
     assert "holds .git/HEAD" in faults
+    assert [fault for fault in faults if "nobody put" in fault] == [
+        "holds .git, which nobody put there",
+        "holds out.txt, which nobody put there",
+    ]
     assert release_check.faults_of_sdist(path, "1.2.4")[-1] == "is called retime-1.2.3.tar.gz"

@@ -31,6 +31,20 @@ SOURCES = (
     *("pyproject.toml", "README.md", "LICENSE", "CMakeLists.txt", "tools/build_backend.py"),
     *("src/retime/kernels/module.cpp", "src/retime/server/page/index.html"),
 )
+# What else an sdist holds at its top, or begins there; a stranger's file in the checkout is none of it.
+TOP = (
+    *(
+        "PKG-INFO",
+        "CHANGELOG.md",
+        "CITATION.cff",
+        "CODE_OF_CONDUCT.md",
+        "CONTRIBUTING.md",
+        "SECURITY.md",
+        "THIRD_PARTY.md",
+    ),
+    *("Makefile", "conftest.py", ".clang-format", ".gitignore", ".pre-commit-config.yaml"),
+    *(".github", "examples", "src", "tools", "web"),
+)
 NEVER = ("tests/", "study/", "docs/", "web/", ".cpp", ".hpp", ".map", "node_modules")
 
 
@@ -63,6 +77,11 @@ def faults_of_sdist(sdist: Path, version: str) -> list[str]:
     faults = [f"lacks {name}" for name in SOURCES if name not in names]
     faults += [f"holds {name}" for name in sorted(names) if name.startswith((".git/", ".venv", "build/"))]
     faults += [f"holds {name}" for name in sorted(names) if "node_modules" in name]
+    tops = {name.partition("/")[0] for name in names} - {""}
+    faults += [
+        f"holds {name}, which nobody put there"
+        for name in sorted(tops - {*TOP, *(one.partition("/")[0] for one in SOURCES)})
+    ]
     return faults + ([] if sdist.name == f"retime-{version}.tar.gz" else [f"is called {sdist.name}"])
 
 
