@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import re
 import tomllib
 from pathlib import Path
@@ -119,3 +120,18 @@ def test_the_index_lists_the_repository_and_the_paper() -> None:
     assert after == before
     with pytest.raises(ValueError, match="expected one line of urls"):
         name_repository.published_project("[project]\n", REPOSITORY, "v1.2.0")
+
+
+def test_the_wheels_are_of_the_pythons_that_the_package_says() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    said = {one.rpartition(" ")[2] for one in project["project"]["classifiers"] if re.search(r":: 3\.\d+$", one)}
+    chosen = project["tool"]["cibuildwheel"]["build"].split()
+    assert {re.sub(r"cp(\d)(\d+)-\*", r"\1.\2", one) for one in chosen} == said
+    # A build without the global lock ("cp314t-") is none of them: nobody has tried the kernels there.
+    assert not any(fnmatch.fnmatch("cp314t-manylinux_x86_64", one) for one in chosen)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / ".github" / "workflows").glob("*.yml")), ids=lambda path: path.stem)
+def test_no_workflow_chooses_other_pythons(path: Path) -> None:
+    # It takes the place of the choice in pyproject.toml, and adds nothing to it.
+    assert "CIBW_BUILD:" not in path.read_text(encoding="utf-8")
