@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import socket
+import stat
 import sys
 import types
 from pathlib import Path
@@ -18,10 +19,10 @@ import pytest
 
 import retime
 from retime import file_names, files
-from retime.batch import tree
+from retime.batch import manifest, run, tree
 from retime.cli import output_checks
-from retime.errors import OptionError, OutputExistsError
-from retime.project import allowed_places, journal
+from retime.errors import OptionError, OutputExistsError, words_of
+from retime.project import allowed_places, journal, workspace
 from retime.project.history import History
 from retime.server import app
 from retime.server.files import keep_dropped
@@ -61,9 +62,11 @@ def windows(monkeypatch: pytest.MonkeyPatch) -> None:
         inner = getattr(Path, name)
 
         def call(self: Path, *args: Any, **options: Any) -> Any:
-            for place in (self, *(Path(one) for one in args if isinstance(one, str | Path))):
-                if is_open(place):
-                    raise PermissionError(errno.EACCES, "The process cannot access the file: it is used", str(place))
+            others = [Path(one) for one in args if isinstance(one, str | Path)]
+            for place in (self, *others):
+                # Which of two is at fault is not told.
+                if is_open(place) or (place.exists() and not place.stat().st_mode & stat.S_IWUSR):
+                    raise PermissionError(errno.EACCES, "Access is denied", str(self), None, *map(str, others))
             if name == "rename" and Path(args[0]).exists():
                 raise FileExistsError(errno.EEXIST, "there is such a file", str(args[0]))
             return inner(self, *args, **options)
@@ -97,9 +100,16 @@ def test_files_are_written_and_replaced_by_the_rules_of_windows(windows, tmp_pat
     assert place.read_bytes() == b"second"
     with pytest.raises(OutputExistsError):
         files.write_bytes(place, b"third", overwrite=False)
-    with place.open("rb"), pytest.raises(PermissionError):
+    with place.open("rb"), pytest.raises(PermissionError) as open_elsewhere:
         # A viewer has it open: it stays, and nothing is left beside it.
         files.write_bytes(place, b"third", overwrite=True)
+    place.chmod(stat.S_IRUSR)
+    with pytest.raises(PermissionError) as read_only:
+        files.write_bytes(place, b"third", overwrite=True)
+    for refused in (open_elsewhere, read_only):
+        assert words_of(refused.value) == (
+            f"{place}: Access is denied (the file is open in another program, or read only)"
+        )
     assert place.read_bytes() == b"second"
     assert [path.name for path in tmp_path.iterdir()] == ["out.bvh"]
 
@@ -168,6 +178,41 @@ def test_one_editor_at_a_time_and_its_edits_are_kept_on_windows(windows, tmp_pat
     assert again.recover() is not None
     again.close(remove=True)
     assert not place.exists()
+
+
+def test_a_batch_is_begun_stopped_and_done_again_by_the_rules_of_windows(windows, tmp_path) -> None:
+    root, out = tmp_path / "in", tmp_path / "out"
+    for name, start in (("walk.bvh", 0), ("deep/run.bvh", 60)):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        retime.write(retime.sample().frames(start, start + 40), root / name)
+    first = run(root, out, {"length": "80%"}, workers=0)
+    assert [one.status for one in first.records] == ["done", "done"]
+    # An earlier run was ended in the middle of a line: its manifest is written anew while it is open to be added to.
+    with (out / manifest.MANIFEST).open("ab") as file:
+        file.write(b'{"torn')
+    with (out / ".retime" / "lock").open("a") as lock:
+        assert files.hold(lock)
+        with pytest.raises(OptionError, match="another run is at work"):
+            run(root, out, {"length": "80%"}, workers=0)
+    again = run(root, out, {"length": "80%"}, workers=0)
+    assert [one.status for one in again.records] == ["kept", "kept"]
+    other = run(root, out, {"length": "70%"}, workers=0)
+    assert [one.status for one in other.records] == ["done", "done"]
+    assert not list(out.rglob(".retime-*.tmp"))
+
+
+def test_a_project_is_saved_and_moved_by_the_rules_of_windows(windows, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("RETIME_STATE", str(tmp_path / "state"))
+    clip = tmp_path / "walk.bvh"
+    retime.write(retime.sample().frames(0, 40), clip)
+    work = workspace.open_document(workspace.new_document([str(clip)]))
+    for name in ("one.retime", "two.retime", "two.retime"):
+        work.save(tmp_path / name, work.history, work.warps, overwrite=name == "two.retime")
+    work.close()
+    again = workspace.open_project(tmp_path / "two.retime")
+    assert again.history.present == work.history.present
+    again.close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.retime", "state", "two.retime", "walk.bvh"]
 
 
 def test_a_scratch_file_is_opened_by_another_and_goes(windows, tmp_path) -> None:

@@ -166,16 +166,28 @@ def beside(path: str | PathLike[str], *, overwrite: bool) -> Iterator[BinaryIO]:
             file.flush()
             sync_file(file.fileno())
         if overwrite:
-            if place.exists():
+            # On Windows a file has no rights but to be read only, and one that is so is not replaced.
+            if os.name != "nt" and place.exists():
                 name.chmod(stat.S_IMODE(place.stat().st_mode))
             name.replace(place)
         else:
             _rename_to_free_name(name, place, path)
-    except BaseException:
+    except BaseException as error:
         name.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            _name_place(error, name, path)
         raise
     note_written(path)
     sync_folder(place.parent)
+
+
+def _name_place(error: OSError, name: Path, path: Path) -> None:
+    """Have an error about a file beside its place tell of the place: nobody knows the other name."""
+    if not isinstance(error.filename, str | bytes | PathLike) or Path(os.fsdecode(error.filename)) != name:
+        return
+    error.filename, error.filename2 = str(path), None
+    if os.name == "nt" and isinstance(error, PermissionError):
+        error.strerror = f"{error.strerror} (the file is open in another program, or read only)"
 
 
 def name_beside(place: Path) -> Path:

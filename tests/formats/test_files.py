@@ -174,8 +174,10 @@ def test_a_file_system_without_links(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_a_missing_folder(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
+    # Nobody knows the name that is written under before.
+    with pytest.raises(FileNotFoundError) as missing:
         write_bytes(tmp_path / "none/out", b"one", overwrite=False)
+    assert missing.value.filename == str(tmp_path / "none/out")
 
 
 @POSIX
