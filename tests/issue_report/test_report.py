@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 import json
 import random
@@ -10,6 +11,7 @@ import warnings
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -255,17 +257,66 @@ def test_of_a_file_that_can_not_be_stripped_only_what_happened_is_told(tmp_path)
     assert "Annabel" not in report.text
 
 
-def test_what_a_message_quotes_is_left_out_where_no_name_is_known(tmp_path, monkeypatch) -> None:
+@pytest.mark.parametrize(
+    ("message", "told"),
+    [
+        ("the member 'Annabel' is too large", "the member '...' is too large"),
+        # The apostrophe of a word is no quotation mark.
+        (
+            "it can't be read: 'Annabel' in </Wagner/Annabel.rotations>",
+            "it can't be read: '...' in </.../....rotations>",
+        ),
+        ("column Annabel_2 holds 12 of 3.5", "column ... holds 12 of 3.5"),
+    ],
+)
+def test_what_is_no_word_of_ours_is_left_out_where_no_name_is_known(tmp_path, monkeypatch, message, told) -> None:
     path = tmp_path / "walk.npz"
     path.write_bytes(b"PK\x03\x04 cut short")
 
     def refuse(path: Path, data: bytes, options: ReadOptions) -> Motion:
-        raise FormatError("the member 'Annabel' is too large", path=path)
+        raise FormatError(message, path=path)
 
     monkeypatch.setattr("retime.formats.npy.read", refuse)
     monkeypatch.setattr(reports, "MOST_BYTES", 0)
     report = reported(path)
-    assert "clip.npz: the member '...' is too large" in report.text
+    assert f"clip.npz: {told}" in report.text
+    assert not [name for name in ("Annabel", "Wagner") if name in report.text]
+
+
+@pytest.mark.parametrize("uri", ["Annabel buffer.bin", "Annabel%20buffer.bin", "%41nnabel%C3%A9.bin", "of/Annabel.bin"])
+def test_buffers_beside_a_scene_go_with_it(tmp_path, uri) -> None:
+    path = secret_file(".gltf", tmp_path)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    place = tmp_path / unquote(uri)
+    place.parent.mkdir(exist_ok=True)
+    place.write_bytes(base64.b64decode(document["buffers"][0]["uri"].partition(",")[2]))
+    document["buffers"][0]["uri"] = uri
+    path.write_text(json.dumps(document), encoding="utf-8")
+    report = reported(path)
+    assert report.same, report.text
+    assert len(report.files) == 2
+    assert not [name for name in report.files if "nnabel" in name]
+    assert b"nnabel" not in report.archive() + report.files["clip.gltf"]
+    place.unlink()
+    # That it is missing is what the report is about.
+    report = reported(path)
+    # Letters that an address writes as numbers are met nowhere else, so of a message that quotes them nobody can tell.
+    assert report.same == (uri[0] != "%"), report.text
+    assert "No such file" in report.text
+    assert "nnabel" not in report.text
+
+
+@pytest.mark.parametrize("folder", [".", "a", "Annabel"])
+def test_folders_go_from_messages_and_nothing_else_does(tmp_path, monkeypatch, folder) -> None:
+    (tmp_path / folder).mkdir(exist_ok=True)
+    path = secret_file(".gltf", tmp_path / folder)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    document["buffers"][0]["uri"] = "../data/Annabel.bin"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    report = reported(Path(folder) / path.name)
+    assert report.same, report.text
+    assert re.search(r"folder: '\.\./\w{4}/\w{7}\.bin'", report.text), report.text
     assert "Annabel" not in report.text
 
 

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
+from urllib.parse import unquote
 
 from retime.errors import RetimeError
 from retime.formats.c3d_file import parse_c3d
@@ -46,8 +47,12 @@ _GLTF = tuple(
 _KEYPOINTS = tuple(
     f"retime.formats.keypoints.{one}" for one in ("format", "frames", "layouts", "mediapipe", "openpose")
 )
-# Text of a JSON document: what a backslash begins is no word.
-_JSON_PIECE = re.compile(rb"\\u[0-9a-fA-F]{4}|\\.|[^\\]+", re.DOTALL)
+Spans = list[tuple[int, int]]
+"""Begins and ends of bytes."""
+
+# Text of a JSON document: what a backslash begins is no word, nor is a byte that an address writes as a number.
+_JSON_PIECE = re.compile(rb"\\u[0-9a-fA-F]{4}|\\.|%[0-9a-fA-F]{2}|(?:[^\\%]|%(?![0-9a-fA-F]{2}))+", re.DOTALL)
+_ADDRESS_BYTE, _WORD_BYTE = re.compile(rb"%[0-9a-fA-F]{2}"), re.compile(rb"[A-Za-z0-9_\x80-\xff]")
 _DATA_URI = re.compile(rb'("data:)([^,"\\]*)(,)([A-Za-z0-9+/=]*)')
 _FBX_START = 27
 # Arrays of an FBX that its animation is made of begin so.
@@ -227,6 +232,8 @@ def _mask_json(text: bytes, names: StandIns, known: frozenset[bytes]) -> bytes:
         found = match[0]
         if found.startswith(b"\\"):
             return b"\\u0101" if found.startswith(b"\\u") else found
+        if _ADDRESS_BYTE.fullmatch(found):
+            return b"%6e" if _WORD_BYTE.fullmatch(bytes((int(found[1:], 16),))) else found
         return names.in_words(found, known)
 
     return _JSON_PIECE.sub(piece, text)
@@ -288,8 +295,8 @@ def blank_but(data: bytes, keep: list[tuple[int, int]] | tuple[()]) -> bytes:
     return bytes(out)
 
 
-def buffers_beside(text: bytes) -> dict[str, list[tuple[int, int]]]:
-    """Name the files beside a glTF that hold its buffers, and what of each its animations are made of."""
+def buffers_beside(text: bytes) -> dict[int, tuple[str, Spans]]:
+    """Name by their number the files beside a glTF that hold its buffers, and what of each animations are made of."""
     try:
         document = json.loads(text)
         spans = _animation_spans(text)
@@ -297,7 +304,7 @@ def buffers_beside(text: bytes) -> dict[str, list[tuple[int, int]]]:
     except (ValueError, TypeError, AttributeError, RecursionError):
         return {}
     return {
-        uri: spans.get(index, [])
+        index: (unquote(uri), spans.get(index, []))
         for index, uri in named.items()
         if isinstance(uri, str) and not uri.startswith("data:")
     }
@@ -307,7 +314,8 @@ def _blank_base64(text: bytes, keep: list[tuple[int, int]] | tuple[()]) -> bytes
     try:
         return base64.b64encode(blank_but(base64.b64decode(text, validate=True), keep))
     except binascii.Error:
-        return b"A" * len(text)
+        # Where its padding stands may be what is wrong with it.
+        return re.sub(rb"[^=]", b"A", text)
 
 
 def mask_fbx(data: bytes, names: StandIns) -> bytes:

@@ -14,16 +14,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from io import BytesIO
 from itertools import groupby
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from retime.errors import FormatError, RetimeError, words_of
-from retime.files import noting_reads, read_bytes
+from retime.files import noting_reads, read_bytes, resolved
 from retime.formats.compressed import plain_path, read_plain
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import ReadOptions
 from retime.formats.registry import read_with, refuse_unfit
 from retime.issue_report import binary_files, text_files
 from retime.issue_report.stand_ins import StandIns, alike
+from retime.issue_report.vocabulary import SPOKEN, words_of_messages
 from retime.motion.channels import ChannelKind
 from retime.motion.motion import Motion, Up
 
@@ -289,7 +290,7 @@ def _strip(path: Path, reading: Reading, outcome: Outcome, names: StandIns, read
         # What a file is told by; of another kind altogether it may be all that counts.
         start = next(data[:n] for n in range(1, len(data) + 1) if foreign_kind(data[:n]) == foreign)
         masked = start + masked[len(start) :]
-    beside = _beside(path, data, read_files, names)
+    beside = _beside(path, data, masked, read_files, names)
     shorter = [] if stripping.shorter is None else list(stripping.shorter(masked, outcome.line, reading.options))
     least: _Made | None = None
     for content in [start, *shorter, masked]:
@@ -309,20 +310,30 @@ def _strip(path: Path, reading: Reading, outcome: Outcome, names: StandIns, read
     return least
 
 
-def _beside(path: Path, data: bytes, read_files: list[Path], names: StandIns) -> dict[str, bytes]:
-    """Strip the files that were read with a clip: the skeleton of an AMC, the buffers of a glTF."""
+def _beside(path: Path, data: bytes, masked: bytes, read_files: list[Path], names: StandIns) -> dict[str, bytes]:
+    """Strip the files that were read with a clip: the skeleton of an AMC, the buffers of a glTF.
+
+    One that is not there is none of them: that may be what the report is about.
+    """
     found: dict[str, bytes] = {}
-    buffers = binary_files.buffers_beside(data) if plain_path(path).suffix.lower() == ".gltf" else {}
+    buffers: dict[Path, tuple[str, binary_files.Spans]] = {}
+    if plain_path(path).suffix.lower() == ".gltf":
+        theirs, ours = binary_files.buffers_beside(data), binary_files.buffers_beside(masked)
+        for index in theirs.keys() & ours.keys():
+            place, spans = theirs[index]
+            buffers[resolved(path.parent / place)] = (ours[index][0], spans)
     for other in read_files:
         if other == path:
             continue
-        content = read_bytes(other)
+        try:
+            content = read_bytes(other)
+        except (RetimeError, OSError):
+            continue
         if plain_path(other).suffix.lower() == ".asf":
             found["clip.asf"] = text_files.masked_text(text_files.mask_asf, content, names)
-            continue
-        for uri, spans in buffers.items():
-            if Path(uri).name == other.name:
-                found[names.met_in(uri)] = binary_files.blank_but(content, spans)
+        elif resolved(other) in buffers:
+            name, spans = buffers[resolved(other)]
+            found[name] = binary_files.blank_but(content, spans)
     return found
 
 
@@ -365,15 +376,47 @@ def _without_places(text: str, path: Path, read_files: Sequence[Path]) -> str:
         suffix = plain_path(file).suffix.lower()
         if file == path or suffix == ".asf":
             text = text.replace(str(file), f"clip{suffix}").replace(file.name, f"clip{suffix}")
-        for end in "/\\":
-            text = text.replace(f"{file.parent}{end}", "")
-        if str(file.parent) != ".":
-            text = text.replace(str(file.parent), "FOLDER")
+        for folder in sorted({form for one in (file, resolved(file)) for form in _spellings(one.parent)}, key=len):
+            # A folder of its own, not the end or the begin of another's name.
+            alone = rf"(?<![\w./\\]){re.escape(folder)}"
+            text = re.sub(rf"{alone}[/\\]+", "", text)
+            # One of two letters is a word more often.
+            if len(folder) > 2:
+                text = re.sub(rf"{alone}(?!\w)", "FOLDER", text)
     whole = plain_path(path).stem
     # An ASF is looked for by the subject's name alone, 02.asf of 02_04.amc.
     text = text.replace(f"{whole.partition('_')[0]}.asf", "clip.asf")
     # The name of a person may be the file's; one of two letters is left, for it is a word more often.
     return re.sub(rf"(?<!\w){re.escape(whole)}(?!\w)", "clip", text) if len(whole) > 2 else text
+
+
+def _spellings(folder: PurePath) -> set[str]:
+    r"""Write a folder as messages may have it: as it is, with backslashes doubled by quoting, with slashes.
+
+    Examples
+    --------
+    >>> from pathlib import PureWindowsPath
+    >>> sorted(map(len, _spellings(PureWindowsPath(r"C:\\Users\\Ann"))))
+    [12, 12, 14]
+    >>> _spellings(PurePath("/"))
+    set()
+    """
+    whole = str(folder).rstrip("/\\")
+    return {whole, whole.replace("\\", "\\\\"), folder.as_posix().rstrip("/")} - {""}
+
+
+def _in_own_words(message: str, names: StandIns) -> str:
+    """Leave out of a message each word that the readers' code has not: it may be a name."""
+    own = words_of_messages("retime.formats", "retime.errors")
+
+    def one(match: re.Match[str]) -> str:
+        word = match[0]
+        data = word.encode("utf-8", "surrogateescape")
+        is_number = not any(letter.isalpha() for letter in word)
+        is_known = is_number or word.lower() in own or data in names.of or names.keeps(data)
+        return word if is_known else "..."
+
+    return SPOKEN.sub(one, message)
 
 
 def _facts(clip: object) -> tuple[tuple[str, str], ...]:
@@ -434,9 +477,8 @@ def _in_words(
     options = reading.in_stand_ins(names, Path("clip.asf")).words()
 
     def told(message: str) -> str:
-        # Of the file's own message not all names need be known: what it quotes may be one.
-        plain = message if made.same else re.sub(r"'[^']*'|\"[^\"]*\"", "'...'", message)
-        return names.met_in(plain)
+        # Of the file's own message not all names need be known.
+        return names.met_in(message if made.same else _in_own_words(message, names))
 
     lines = [
         "retime report",

@@ -76,6 +76,10 @@ class StandIns:
             self.of |= dict(_as_shown(name, found))
         return found
 
+    def keeps(self, word: bytes) -> bool:
+        """Tell whether a word stays wherever it stands."""
+        return word.lower() in self._keep
+
     def in_words(self, text: bytes, known: frozenset[bytes] = frozenset(), *, by_parts: bool = False) -> bytes:
         """Replace the words of a text, but for those that are `known` (in lower case) and those that are kept.
 

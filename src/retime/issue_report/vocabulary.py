@@ -5,12 +5,17 @@ They are taken from the readers' own code, so that a word that a reader learns i
 
 from __future__ import annotations
 
+import errno
 import functools
 import importlib.util
+import os
 import pkgutil
 import re
 from collections.abc import Iterator
 from types import CodeType
+
+SPOKEN = re.compile(r"\w+")
+"""A word of a message."""
 
 _WORD = re.compile(rb"[A-Za-z][A-Za-z0-9_]*")
 # What is longer is a sentence of a message or a docstring.
@@ -29,21 +34,35 @@ def words_of_modules(*names: str) -> frozenset[bytes]:
     """
     found: set[bytes] = set()
     for name in names:
-        spec = importlib.util.find_spec(name)
-        if spec is None or spec.loader is None:
-            raise ValueError(f"there is no module {name}")
-        inner = (
-            [one.name for one in pkgutil.iter_modules(spec.submodule_search_locations, f"{name}.")]
-            if (spec.submodule_search_locations)
-            else []
-        )
-        code = spec.loader.get_code(name)  # type: ignore[attr-defined]
-        for text in _texts(code):
+        for text in _texts_of(name):
             if len(text) <= _MOST_LETTERS and len(text.split()) <= _MOST_WORDS:
                 found |= {word.lower() for word in _WORD.findall(text)}
-        for one in inner:
-            found |= words_of_modules(one)
     return frozenset(found)
+
+
+@functools.cache
+def words_of_messages(*names: str) -> frozenset[str]:
+    """Collect the words of all texts of modules, whole sentences too, and of the system's errors, in lower case.
+
+    Examples
+    --------
+    >>> words = words_of_messages("retime.formats.bvh_hierarchy")
+    >>> "xrotation" in words, "allowed" in words, "directory" in words, "annabel" in words
+    (True, True, True, False)
+    """
+    texts = [text.decode("utf-8", "replace") for name in names for text in _texts_of(name)]
+    texts += [os.strerror(code) for code in errno.errorcode]
+    return frozenset(word for text in texts for word in SPOKEN.findall(text.lower()))
+
+
+def _texts_of(name: str) -> Iterator[bytes]:
+    """Go through the texts of a module; of a package, through those of all of its modules."""
+    spec = importlib.util.find_spec(name)
+    if spec is None or spec.loader is None:
+        raise ValueError(f"there is no module {name}")
+    yield from _texts(spec.loader.get_code(name))  # type: ignore[attr-defined]
+    for one in pkgutil.iter_modules(spec.submodule_search_locations or (), f"{name}."):
+        yield from _texts_of(one.name)
 
 
 def _texts(code: CodeType) -> Iterator[bytes]:
