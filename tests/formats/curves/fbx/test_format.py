@@ -6,6 +6,7 @@ import itertools
 import struct
 import warnings
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -658,6 +659,37 @@ def test_what_is_broken_is_refused_with_its_place(what: str, tmp_path: Path) -> 
     with pytest.raises(FormatError, match=message) as caught:
         fbx.read(path, make(), ReadOptions(limits=limits))
     assert str(path) in str(caught.value)
+
+
+def test_frames_are_not_made_on_the_word_of_one_time(tmp_path: Path) -> None:
+    """Of keys within a second, one that is a day off, or an end of the stack, would make 2.6 million frames."""
+    path = tmp_path / "a.fbx"
+    far = one_curve(track([0.0, 0.5, 86400.0], [0.0, 1.0, 2.0], LINEAR)).binary()
+    ended = one_curve(track([0.0, 0.5], [0.0, 1.0], LINEAR), 86400.0).binary()
+    for data, n_times in ((far, 3), (ended, 2)):
+        words = (
+            rf"'take' lasts 86400 s, and no key lies between 0\.5 and 86400 s: 2\d{{6}} frames .* at {n_times} times"
+        )
+        with pytest.raises(FormatError, match=words):
+            fbx.read(path, data, ReadOptions())
+        with pytest.warns(FormatWarning, match="86401 frames, and no key"):
+            assert fbx.read(path, data, ReadOptions(rate=Fraction(1))).n_frames == 86_401
+    hour = one_curve(track([0.0, 0.5], [0.0, 1.0], LINEAR), 3600.0).binary()
+    with pytest.warns(FormatWarning, match=r"'take' lasts 3600 s, \d+ frames, and no key lies between 0\.5 and 3600 s"):
+        fbx.read(path, hour, ReadOptions())
+
+
+def test_a_rate_of_which_the_scene_is_not_one_frame_is_none(tmp_path: Path) -> None:
+    """All keys lay within a five hundredth of its first frame, and so on it: the clip was that frame."""
+
+    def scene(rate: float, last: float) -> bytes:
+        made = one_curve(track([0.0, last / 4, last], [0.0, 1.0, 2.0], LINEAR))
+        made.settings = [("TimeMode", ("I", 14)), ("CustomFrameRate", ("D", rate))]
+        return made.binary()
+
+    clip = fbx.read(tmp_path / "a.fbx", scene(0.001, 1.0), ReadOptions())
+    assert (clip.rate, clip.n_frames) == (24, 25)
+    assert fbx.read(tmp_path / "a.fbx", scene(0.5, 8.0), ReadOptions()).rate == Fraction(1, 2)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)

@@ -8,6 +8,7 @@ import struct
 import subprocess
 import warnings
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -348,6 +349,32 @@ def test_an_animation_too_long_for_its_rate_is_refused(tmp_path: Path) -> None:
     scene.animation("x", [(0, "scale", scene.accessor([0.0, 9e6]), scene.accessor(np.ones((2, 3))), "LINEAR")])
     with pytest.raises(FormatError, match="give a lower rate"):
         gltf.read(tmp_path / "a.glb", scene.glb(), ReadOptions(limits=Limits()))
+
+
+def test_frames_are_not_made_on_the_word_of_one_key(tmp_path: Path) -> None:
+    """Of three small keys one that is a day off would make 2.6 million frames; one that is an hour off is said."""
+
+    def scene(last: float) -> bytes:
+        made = Scene()
+        made.node(name="a")
+        times = made.accessor([0.0, 0.5, last])
+        made.animation("x", [(0, "translation", times, made.accessor(np.arange(9.0).reshape(3, 3)), "LINEAR")])
+        return made.glb()
+
+    words = (
+        r"'x' lasts 86400 s, and no key lies between 0\.5 and 86400 s: 2073601 frames would be made of keys at 3 times"
+    )
+    with pytest.raises(FormatError, match=words):
+        gltf.read(tmp_path / "a.glb", scene(86400.0), ReadOptions())
+    with pytest.warns(FormatWarning, match="86401 frames, and no key"):
+        slow = gltf.read(tmp_path / "a.glb", scene(86400.0), ReadOptions(rate=Fraction(1)))
+    assert slow.n_frames == 86_401
+    with pytest.warns(FormatWarning, match=r"'x' lasts 3600 s, 86401 frames, and no key lies between 0\.5 and 3600 s"):
+        clip = gltf.read(tmp_path / "a.glb", scene(3600.0), ReadOptions())
+    assert clip.n_frames == 86_401
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert gltf.read(tmp_path / "a.glb", scene(60.0), ReadOptions()).n_frames == 1441
 
 
 def test_a_motion_is_written_as_a_skeleton_that_reads_back(tmp_path: Path) -> None:

@@ -866,3 +866,26 @@ def test_nothing_is_left_of_the_copy_that_was_read(tmp_path: Path, monkeypatch: 
     assert "temporary" not in str(caught.value)
     assert "line 2:" in str(caught.value)
     assert list((tmp_path / "temporary").iterdir()) == []
+
+
+def test_frames_are_not_made_on_the_word_of_one_time(tmp_path: Path) -> None:
+    """A sample that is a day off, an end of the scene, or a clock, would make millions of frames of a few."""
+    path = tmp_path / "a.usda"
+
+    def scene(last: float, head: str = "timeCodesPerSecond = 24") -> Path:
+        rows = f"double3 xformOp:translate.timeSamples = {{ 0: (0, 0, 0), 12: (1, 0, 0), {last!r}: (2, 0, 0) }}"
+        order = 'uniform token[] xformOpOrder = ["xformOp:translate"]'
+        path.write_text(f'#usda 1.0\n(\n    {head}\n)\ndef Xform "A"\n{{\n    {rows}\n    {order}\n}}\n')
+        return path
+
+    words = r"the scene lasts 86400 s, and no key lies between 0\.5 and 86400 s: 2073601 frames .* at 3 times"
+    with pytest.raises(FormatError, match=words):
+        retime.read(scene(86400 * 24.0))
+    with pytest.raises(FormatError, match=words.replace(r"0\.5", r"0\.833333")):
+        retime.read(scene(20.0, f"timeCodesPerSecond = 24\n    startTimeCode = 0\n    endTimeCode = {86400 * 24}"))
+    with pytest.warns(FormatWarning, match=r"no key lies between 0\.833333 and 86400 s"):
+        assert retime.read(path, rate=1).n_frames == 86_401
+    with pytest.raises(FormatError, match=r"the scene lasts 245000 s, and no key .* frames would be made"):
+        retime.read(scene(24.5, "timeCodesPerSecond = 0.0001"))
+    with pytest.warns(FormatWarning, match=r"the scene lasts 3600 s, 86401 frames, and no key lies between 0\.5 and"):
+        assert retime.read(scene(3600 * 24.0)).n_frames == 86_401

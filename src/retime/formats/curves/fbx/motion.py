@@ -23,6 +23,7 @@ from retime.formats.curves.fbx.values import (
     rotation_order,
     stack_values,
 )
+from retime.formats.made_frames import Sampling
 from retime.formats.read_options import Limits
 from retime.motion import rotation
 from retime.motion.motion import Motion, Up
@@ -88,6 +89,9 @@ def time_mode(scene: FbxScene) -> str:
 def frame_rate(scene: FbxScene, curves: StackCurves) -> Fraction:
     """Find the scene's frame rate, or a finer usual one where keys lie between its frames."""
     said = _said_rate(scene)
+    if said is not None and said < 1 and (curves.end - curves.start) * said < 1:
+        # All of the scene would be one frame.
+        said = None
     keys = np.unique(curves.keys.ticks) / scene.ticks - curves.start
     # Keys that lie closer than its frames want a finer one.
     dense = said is None or float(np.diff(keys).min(initial=np.inf)) * float(said * _FINER) < 1 + 1e-6
@@ -105,10 +109,15 @@ def sample_stack(scene: FbxScene, curves: StackCurves, rate: Fraction | None, li
     Scale is taken as it is at rest, and as one number for all three axes: the search looks at how joints move, and what
     is written comes from the curves themselves.
 
+    Raises
+    ------
+    FormatError
+        There are more nodes, or more frames, than may be.
+
     Warns
     -----
     FormatWarning
-        Programs read something in more than one way.
+        Programs read something in more than one way, or most of the frames lie where no key does.
     """
     rate = rate or frame_rate(scene, curves)
     n_frames = int(np.ceil(float(rate) * (curves.end - curves.start) - 1e-3)) + 1
@@ -121,6 +130,19 @@ def sample_stack(scene: FbxScene, curves: StackCurves, rate: Fraction | None, li
             f"{float(rate):g} Hz: give a lower rate (--fps)",
             curves.stack.item.record,
         )
+    sampling = Sampling(
+        curves.start,
+        curves.end,
+        float(rate),
+        n_frames,
+        max(7 * len(joints), len(curves.records)),
+        len(curves.keys.values),
+        curves.keys.ticks / scene.ticks,
+    )
+    if problem := sampling.problem():
+        raise scene.file.error(f"{curves.stack.name!r} {problem}", curves.stack.item.record)
+    if doubt := sampling.doubt():
+        warnings.warn(f"{scene.file.path}: {curves.stack.name!r} {doubt}", FormatWarning, stacklevel=3)
     # Frames on which a key lies must not fall beside it by a rounding.
     times = np.rint((curves.start + np.arange(n_frames) / float(rate)) * scene.ticks) / scene.ticks
     values, doubts = stack_values(scene, curves, times)

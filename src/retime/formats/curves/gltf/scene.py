@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -10,9 +11,11 @@ import numpy as np
 
 from retime.arrays import FloatArray
 from retime.brief import brief_repr
+from retime.errors import FormatWarning
 from retime.formats.curves.gltf.animation import Animation
 from retime.formats.curves.gltf.file import GltfFile
 from retime.formats.curves.key_grid import grid_rate
+from retime.formats.made_frames import Sampling
 from retime.formats.read_options import Limits
 from retime.motion import rotation
 from retime.motion.motion import Motion
@@ -123,6 +126,16 @@ def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None
 
     Scale is taken as it is at rest, and as one number for all three axes: the search looks at how joints move, and what
     is written comes from the curves themselves.
+
+    Raises
+    ------
+    FormatError
+        The nodes are no forest, or there are more, or more frames, than may be.
+
+    Warns
+    -----
+    FormatWarning
+        Most of the frames lie where no key does.
     """
     starts = [np.append(one.curve.times[:, 0], one.curve.end_time) for one in animation.samplers]
     start = animation.start
@@ -135,12 +148,26 @@ def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None
             f"{animation.name!r} lasts {animation.end - start:g} s, which is {n_frames} frames at {float(rate):g} Hz: "
             "give a lower rate (--fps)"
         )
+    joints = _with_ancestors(nodes, moved) if moved else []
+    if len(joints) > limits.joints:
+        raise file.error(f"{len(joints)} nodes move or carry others, the limit is {limits.joints} (Limits.joints)")
+    curves = [animation.samplers[one.sampler].curve for one in animation.channels]
+    sampling = Sampling(
+        start,
+        animation.end,
+        float(rate),
+        n_frames,
+        7 * len(joints) or sum(len(one.end_value) for one in curves),
+        sum((len(one) + 1) * len(one.end_value) for one in curves),
+        np.concatenate(starts),
+    )
+    if problem := sampling.problem():
+        raise file.error(f"{animation.name!r} {problem}")
+    if doubt := sampling.doubt():
+        warnings.warn(f"{file.path}: {animation.name!r} {doubt}", FormatWarning, stacklevel=3)
     times = start + np.arange(n_frames) / float(rate)
     if not moved:
         return Sampled(_signal(file, animation, times, rate), (), np.zeros(0))
-    joints = _with_ancestors(nodes, moved)
-    if len(joints) > limits.joints:
-        raise file.error(f"{len(joints)} nodes move or carry others, the limit is {limits.joints} (Limits.joints)")
     place = {node: joint for joint, node in enumerate(joints)}
     parents = [-1 if node < 0 else place.get(nodes[node].parent, 0 if joints[0] < 0 else -1) for node in joints]
     rest = [

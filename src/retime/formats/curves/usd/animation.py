@@ -7,7 +7,7 @@ skeleton, else the prims that move, else whatever attributes change.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -21,6 +21,7 @@ from retime.errors import FormatError
 from retime.formats.curves.key_grid import grid_rate
 from retime.formats.curves.usd.exchange import Message
 from retime.formats.curves.usd.stage import Scene, naming
+from retime.formats.made_frames import Sampling
 from retime.formats.number_text import count_of
 from retime.formats.read_options import Limits
 from retime.motion import rotation
@@ -159,6 +160,11 @@ def read(scene: Scene, wanted: str | None, rate: Fraction | None, limits: Limits
             f"lasts {seconds:g} s, which is {n_frames} frames at {float(rate):g} Hz, the limit is {limits.frames} "
             "(Limits.frames): give a lower rate (--fps)"
         )
+    keys = span.keys / span.per_second
+    start, end = span.start / span.per_second, span.end / span.per_second
+    sampling = Sampling(start, end, float(rate), n_frames, 1, len(keys), keys)
+    _refuse_made(sampling, 1)
+    doubt = sampling.doubt()
     codes: FloatArray = span.start + np.arange(n_frames) / float(rate) * span.per_second
     animations = skeletal_animations(scene.stage)
     chosen, path = _chosen(scene.stage, animations, wanted)
@@ -166,19 +172,29 @@ def read(scene: Scene, wanted: str | None, rate: Fraction | None, limits: Limits
         "rate": [rate.numerator, rate.denominator],
         "others": [one.path for one in animations],
         "missing": scene.missing,
+        "doubts": [f"the scene {doubt}"] if doubt else [],
     }
     if chosen is not None:
         facts["name"] = chosen.path.rpartition("/")[2]
         facts["chosen"] = chosen.path
         if chosen.query.JointTransformsMightBeTimeVarying():
+            _refuse_made(sampling, 16 * len(chosen.query.GetJointOrder()))
             return _motion(scene, facts, *_skeletal(chosen, codes, limits))
         return _weights(chosen, codes, facts, limits)
     facts["name"] = path.name if path else ""
     if not (path and path.IsPropertyPath()):
         prims = _moving_prims(scene.stage, path)
         if prims:
+            _refuse_made(sampling, 16 * len(prims))
             return _motion(scene, facts, *_prims(prims, codes, limits))
     return _signal(scene, path, codes, facts, limits)
+
+
+def _refuse_made(sampling: Sampling, n_channels: int) -> None:
+    """Refuse so many frames of so many numbers that a time in the scene is wrong, more likely than not."""
+    held = n_channels * len(sampling.keys)
+    if problem := replace(sampling, n_channels=n_channels, n_numbers=held).problem():
+        raise FormatError(f"the scene {problem}")
 
 
 def _chosen(stage: Any, animations: list[Animation], wanted: str | None) -> tuple[Animation | None, Any]:

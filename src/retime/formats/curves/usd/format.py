@@ -79,7 +79,8 @@ def read(path: Path, data: bytes, options: ReadOptions) -> AnyMotion:
     Warns
     -----
     FormatWarning
-        There are several animations, and none was chosen; a layer is missing; something could not be made numbers.
+        There are several animations, and none was chosen; a layer is missing; something could not be made numbers; most
+        of the frames lie where no sample does.
     """
     with Decoder(options.limits) as decoder:
         return read_by(decoder, path, data, options)
@@ -91,6 +92,8 @@ def read_by(decoder: Decoder, path: Path, data: bytes, options: ReadOptions) -> 
     answer = decoder.ask(_request("read", path, data, options), path)
     facts = answer.facts
     _warn_of_missing(path, facts)
+    for doubt in _texts(facts, "doubts", path):
+        warnings.warn(f"{path}: {doubt}", FormatWarning, stacklevel=2)
     others = _texts(facts, "others", path)
     if len(others) > 1 and options.animation is None:
         some = ", ".join(others[:12]) + (" ..." if len(others) > 12 else "")
