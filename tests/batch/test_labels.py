@@ -189,3 +189,14 @@ def test_a_text_a_frame_is_that_of_the_frame_shown(tmp_path, head: str) -> None:
     (tmp_path / "a.csv").write_text(head + "\n".join(rows) + "\n")
     made = retimed_beside(tmp_path / "a.csv", shown).decode().splitlines()
     assert made == [*head.splitlines(), *(rows[frame] for frame in shown.frames)]
+
+
+def test_a_row_a_frame_is_written_as_it_was(tmp_path) -> None:
+    shown = ShownFrames(Warp([0.0, 1.0], [0.0, 1.7]), RATE, 70, 5, 52)
+    cells = [["007" if i < 30 else "012", str(i % 3 // 2), str(4), f"{i / 8}"] for i in range(70)]
+    write_rows(tmp_path / "a.csv", [["subject_id", "contact", "count", "x"], *cells])
+    (tmp_path / "b.csv").write_bytes(retimed_beside(tmp_path / "a.csv", shown))
+    with (tmp_path / "b.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    assert [row[1:-1] for row in rows] == [cells[frame][:-1] for frame in shown.frames]
+    assert head == ["time", "subject_id", "contact", "count", "x"]

@@ -269,6 +269,30 @@ def test_a_warped_table_is_written_as_one(tmp_path: Path) -> None:
     np.testing.assert_array_equal(back.values, shorter.values)
 
 
+@needs_pyarrow
+def test_labels_stay_whole_numbers_or_truths(tmp_path: Path) -> None:
+    n = 40
+    columns = {
+        "timestamp": pa.array((np.arange(n) / 50).astype(np.float32)),
+        "done": pa.array([i > 30 for i in range(n)]),
+        "task_index": pa.array([i // 10 for i in range(n)], pa.int16()),
+        "contact": pa.array([i % 3 // 2 for i in range(n)]),
+        "state": pa.array([float(i // 10) for i in range(n)]),
+        "count": pa.array(np.arange(n) * 3),
+        "gap_id": pa.array([None if i == 4 else 7 for i in range(n)]),
+    }
+    with pytest.warns(FormatWarning, match="kept gaps"):
+        clip = signal(table(tmp_path / "a.parquet", columns), gaps="keep")
+    write(clip.at(np.arange(20) / 25), tmp_path / "b.parquet")
+    made = pq.read_table(tmp_path / "b.parquet")
+    types = {field.name: str(field.type) for field in made.schema}
+    # What is interpolated is a double whatever came out, so that all files of a data set have the same columns.
+    wanted = {"done": "bool", "task_index": "int64", "contact": "int64", "state": "double", "count": "double"}
+    assert types | wanted | {"gap_id": "int64"} == types
+    for name in ("done", "task_index", "contact", "state", "gap_id"):
+        assert made[name].to_pylist() == columns[name].to_pylist()[::2]
+
+
 def test_without_pyarrow_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("pyarrow", "pyarrow.parquet", "pyarrow.compute"):
         monkeypatch.setitem(sys.modules, name, None)

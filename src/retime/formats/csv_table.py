@@ -15,7 +15,7 @@ import csv
 import math
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from io import StringIO
@@ -23,11 +23,13 @@ from pathlib import Path
 
 import numpy as np
 
+from retime.arrays import FloatArray
 from retime.errors import FormatError, FormatWarning
 from retime.files import write_bytes
 from retime.formats.channel_meaning import make_signal
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import ReadOptions
+from retime.formats.tables.numerals import with_numerals
 from retime.formats.tables.table_clock import TIME_NAMES, TableClock, counted_from, find_clocks, first_frame
 from retime.formats.tables.table_rows import TableRows
 from retime.formats.tables.table_text import TableText
@@ -41,6 +43,7 @@ from retime.motion.clock import Clock
 from retime.motion.signal import Signal
 
 _FORMULA = re.compile(r"[\s']*[=+\-@]")
+_NUMBER = re.compile(r"[+-][0-9]+")
 
 
 def read(path: Path, data: bytes, options: ReadOptions) -> Signal:
@@ -116,6 +119,8 @@ def _signal(text: TableText, rows: TableRows) -> Signal:
     for column, texts in (rows.texts or {}).items():
         if column in kept:
             rows.values[:, column], known[kept.index(column)] = text_label(texts[: len(rows.values)])
+    values = np.ascontiguousarray(rows.values[:, kept])
+    known = with_numerals(rows, kept, values, known, text.options)
     number = 0 if frame is None else counted_from(rows.values[:, frame]) or 0
     named, written = ("", Clock()) if clock is None else (clock.name, clock.clock)
     if clock is None and frame is not None and text.names[frame]:
@@ -123,7 +128,7 @@ def _signal(text: TableText, rows: TableRows) -> Signal:
     signal = make_signal(
         text.path,
         [text.names[i] for i in kept],
-        np.ascontiguousarray(rows.values[:, kept]),
+        values,
         rate,
         text.options,
         known,
@@ -217,28 +222,57 @@ def _parts(signal: Signal, time: str, times: list[str], delimiter: str) -> Itera
     )
     writer.writerow([time, *names])
     yield text.getvalue().encode("utf-8", "replace")
-    numbers = all(kind.kind in ("linear", "angle", "quaternion") for kind in signal.kinds) and not signal.holes.any()
+    cells = [_cell_writer(column, kind) for column, kind in zip(signal.values.T, signal.kinds, strict=True)]
+    # Words alone may need quotes.
+    worded = any(kind.words for kind in signal.kinds)
     for start in range(0, signal.n_frames, 1024):
-        values = signal.values[start : start + 1024].tolist()
-        rows = zip(times[start : start + 1024], values, strict=True)
-        if numbers:
-            yield "".join([f"{at}{delimiter}{delimiter.join(map(repr, row))}\n" for at, row in rows]).encode()
+        stop = start + 1024
+        columns = [map(cell, signal.values[start:stop, place].tolist()) for place, cell in enumerate(cells)]
+        rows = zip(times[start:stop], *columns, strict=True)
+        if not worded:
+            yield "".join([f"{delimiter.join(row)}\n" for row in rows]).encode()
             continue
         text.seek(0)
         text.truncate()
-        for at, row in rows:
-            cells = [_cell(value, kind) for value, kind in zip(row, signal.kinds, strict=True)]
-            writer.writerow([at, *cells])
+        writer.writerows(rows)
         yield text.getvalue().encode("utf-8", "replace")
 
 
-def _cell(value: float, kind: ChannelKind) -> str:
-    """Write a value as its kind is written: a word, a whole number, nothing in a hole."""
-    if math.isnan(value):
-        return ""
+def _cell_writer(values: FloatArray, kind: ChannelKind) -> Callable[[float], str]:
+    """Say how the values of a channel are written: as words, as their file writes its numbers, as nothing in a hole."""
+    holes = np.isnan(values)
+    write: Callable[[float], str] = repr
     if kind.words:
-        word = kind.words[int(value)]
-        return f"'{word}" if _FORMULA.match(word) else word
-    if kind.kind in ("label", "event") and value.is_integer():
-        return str(int(value))
-    return repr(value)
+        # A number is no formula.
+        words = [f"'{word}" if _FORMULA.match(word) and not _NUMBER.fullmatch(word) else word for word in kind.words]
+        write = _word_writer(words)
+    elif kind.numerals:
+        write = _numeral_writer(kind.numerals)
+    elif kind.kind in ("label", "event"):
+        write = _whole_or_decimal
+    elif kind.form == "whole" and np.all(holes | (values == np.round(values))):
+        # As soon as something lies between, all of the column has decimals.
+        write = _whole
+    return _hole_or(write) if holes.any() else write
+
+
+def _word_writer(words: Sequence[str]) -> Callable[[float], str]:
+    return lambda value: words[int(value)]
+
+
+def _numeral_writer(numerals: Sequence[str]) -> Callable[[float], str]:
+    # By its text a zero has its sign.
+    texts = {repr(float(text)): text for text in reversed(numerals)}
+    return lambda value: texts.get(repr(value)) or _whole_or_decimal(value)
+
+
+def _whole_or_decimal(value: float) -> str:
+    return str(int(value)) if value.is_integer() else repr(value)
+
+
+def _whole(value: float) -> str:
+    return f"{value:.0f}"
+
+
+def _hole_or(write: Callable[[float], str]) -> Callable[[float], str]:
+    return lambda value: "" if math.isnan(value) else write(value)

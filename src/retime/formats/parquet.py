@@ -18,7 +18,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
@@ -34,7 +34,7 @@ from retime.formats.channel_meaning import make_signal
 from retime.formats.file_signatures import foreign_kind
 from retime.formats.read_options import Limits, ReadOptions
 from retime.motion.any_motion import AnyMotion
-from retime.motion.channels import ChannelKind, text_label
+from retime.motion.channels import ChannelKind, NumberForm, text_label
 from retime.motion.clock import Clock
 from retime.motion.rate import parse_rate, rate_from_step
 from retime.motion.signal import Signal
@@ -199,6 +199,7 @@ class _Columns:
         self.names: list[str] = []
         self.numbers: list[FloatArray] = []
         self.kinds: dict[int, ChannelKind] = {}
+        self.forms: dict[int, NumberForm] = {}
         # Seconds that one in the last place stands for, of moments.
         self.units: dict[int, float] = {}
         if usable:
@@ -255,6 +256,11 @@ class _Columns:
             except OptionError as error:
                 raise FormatError(f"column {field.name!r}: {error}", path=self.path) from None
 
+        if self.types.is_boolean(field.type):
+            self.forms[place] = "boolean"
+        elif self.types.is_integer(field.type):
+            self.forms[place] = "whole"
+
     def add_list(self, name: str, column: Any) -> None:
         lengths = self.arrow.compute.list_value_length(column).unique().to_pylist()
         length = int(lengths[0] or 0) if len(lengths) == 1 else 0
@@ -303,7 +309,7 @@ class _Columns:
             raise FormatError("the table has no column beside those that count rows and time", path=self.path)
         rate = options.rate or self.rate(None if time is None else self.numbers[time], time)
         first = next((self.numbers[place][0] for place in counters if lower[place] in _COUNTERS[:2]), 0.0)
-        return make_signal(
+        made = make_signal(
             self.path,
             [self.names[place] for place in kept],
             np.stack([self.numbers[place] for place in kept], axis=1),
@@ -314,6 +320,9 @@ class _Columns:
             clock=Clock("s", self.number(_START)).later(int(first) / rate),
             time_column="" if time is None else self.names[time],
         )
+        forms = [self.forms.get(place, "") for place in kept]
+        kinds = [replace(kind, form=form) for kind, form in zip(made.kinds, forms, strict=True)]
+        return replace(made, kinds=tuple(kinds))
 
     def number(self, key: bytes) -> Fraction | None:
         """Return a number of the metadata, as `write` says it, if it is there: of or at the frame that counts as 0."""
@@ -398,7 +407,7 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
         if kind.words:
             arrays.append(arrow.array([word or None for word in signal.texts(name)], arrow.string()))
         else:
-            arrays.append(arrow.array(np.ascontiguousarray(numbers), from_pandas=True))
+            arrays.append(_stored(arrow, numbers, kind))
         fields.append(arrow.field(name, arrays[-1].type, metadata={_KIND: str(kind).encode()}))
     facts = {_RATE: str(signal.rate).encode(), _FIRST_FRAME: str(signal.first_frame).encode()}
     if signal.clock.start is not None:
@@ -407,6 +416,19 @@ def write(signal: AnyMotion, path: Path, *, overwrite: bool) -> None:
     file = BytesIO()
     arrow.parquet.write_table(table, file)
     write_bytes(path, file.getvalue(), overwrite=overwrite)
+
+
+def _stored(arrow: Any, numbers: FloatArray, kind: ChannelKind) -> Any:
+    """Store a channel as its file did where nothing was interpolated: truths, whole numbers; else as doubles."""
+    column = arrow.array(np.ascontiguousarray(numbers), from_pandas=True)
+    known = numbers[~np.isnan(numbers)]
+    if kind.kind in ("label", "event"):
+        # Somebody may have put other numbers there since.
+        if kind.form == "boolean" and np.all((known == 0) | (known == 1)):
+            return column.cast(arrow.bool_())
+        if kind.form == "whole" and np.all((known == np.round(known)) & (np.abs(known) < 2.0**53)):
+            return column.cast(arrow.int64())
+    return column
 
 
 def _check_names(names: Sequence[str], path: Path) -> None:

@@ -47,6 +47,8 @@ def blended(
         if kind.kind == "angle":
             step[:, column] = short_way(step[:, column], FULL_TURN[kind.unit])
     shown = np.asarray(start + share[:, None] * step)
+    # -0 + 0 is 0.
+    shown[share == 0] = start[share == 0]
     for column, kind in enumerate(kinds):
         if kind.kind == "angle":
             shown[:, column] = within_turn(shown[:, column], values[:, column], FULL_TURN[kind.unit])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -22,6 +22,7 @@ KindName = Literal["linear", "angle", "quaternion", "label", "event", "time"]
 KIND_NAMES = get_args(KindName)
 FULL_TURN = {"deg": 360.0, "rad": 2 * np.pi}
 """What a full turn is, in each unit of an angle."""
+NumberForm = Literal["", "whole", "boolean"]
 _TIME_UNITS = ("s", "ms", "us", "frames")
 _LIKELIHOOD = "likelihood"
 
@@ -43,6 +44,12 @@ class ChannelKind:
         the search.
     words : tuple of str
         Of a label that is text: the value of a frame is the place of its word here, from 0.
+    form : {"", "whole", "boolean"}
+        As what its file has the numbers: decimals, whole numbers, or true and false. Two kinds that differ in this, or
+        in `numerals`, are equal: it says how to write values, not what they are.
+    numerals : tuple of str
+        How its file writes the numbers of a label or an event (``007``, ``1.0``), a text for each; none where they are
+        plain whole numbers.
 
     Raises
     ------
@@ -58,6 +65,8 @@ class ChannelKind:
     kind: KindName = "linear"
     unit: str = ""
     words: tuple[str, ...] = ()
+    form: NumberForm = field(default="", compare=False, repr=False)
+    numerals: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.kind not in KIND_NAMES:
@@ -73,6 +82,9 @@ class ChannelKind:
         object.__setattr__(self, "words", tuple(self.words))
         if self.words and self.kind != "label":
             raise OptionError(f"only a label has words; found them with the kind {self.kind}")
+        if self.form not in get_args(NumberForm):
+            raise OptionError(f"the form of numbers is one of '', 'whole', 'boolean'; found {brief(self.form)}")
+        object.__setattr__(self, "numerals", tuple(self.numerals))
 
     @classmethod
     def parse(cls, text: str) -> ChannelKind:
@@ -154,7 +166,8 @@ def with_chosen(
             words = kinds[place].words if one.kind == "label" and not one.words else one.words
             if kinds[place].words and one.kind != "label":
                 raise OptionError(f"channel {names[place]!r} holds text, which can only be a label")
-            kinds[place] = ChannelKind(one.kind, one.unit, words)
+            # How its file writes it stays known too.
+            kinds[place] = replace(one, words=words, form=kinds[place].form, numerals=kinds[place].numerals)
     return tuple(kinds)
 
 
@@ -339,6 +352,11 @@ _CLOCKS = {"time", "timestamp", "seconds", "milliseconds"}
 _MOST_LABELS = 64
 
 
+def are_few(n_different: int, n_frames: int) -> bool:
+    """Tell numbers that can be names of things, of which there are few, from counts and sizes."""
+    return n_different <= _MOST_LABELS and n_different * 2 <= max(n_frames, 4)
+
+
 def _words_of(name: str) -> list[str]:
     """Take a name apart at signs, and where small letters change to large ones."""
     parted = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name)
@@ -358,7 +376,7 @@ def _kind_by(words: Sequence[str], name: str, values: FloatArray) -> ChannelKind
         n_different = len(np.unique(values[:4096])) if len(values) > 4096 else len(np.unique(values))
         if said & {"event", "events"} and np.count_nonzero(values) * 10 <= len(values):
             return ChannelKind("event")
-        if said & _LABELS and n_different <= _MOST_LABELS and n_different * 2 <= max(len(values), 4):
+        if said & _LABELS and are_few(n_different, len(values)):
             return ChannelKind("label")
     unit = _UNITS.get(words[-1])
     if unit == "deg" or (unit == "rad" and np.abs(values).max() <= 2 * FULL_TURN["rad"]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import islice
 
 import numpy as np
@@ -25,6 +25,7 @@ ESCAPED = re.compile(r"'[\s]*[=+\-@]")
 _GAPS = {"", "nan", "-nan", "na", "n/a", "#n/a", "null", "none"}
 # A word of a text begins otherwise: what begins like this is a number, or one that is written wrongly.
 _LIKE_A_NUMBER = re.compile(r"[+-]?[.,]?\d|[+-]?(nan|inf|infinity)$", re.IGNORECASE)
+_DAY = re.compile(r"\d{4}([-/])\d\d\1\d\d|\d\d?([./])\d\d?\2\d{4}", re.ASCII)
 # By so many rows it is told which columns are text.
 _ROWS_TO_TELL = 1000
 
@@ -111,13 +112,9 @@ class TableRows:
         if self.texts is None:
             self.texts = {column: [] for column in self._text_columns(piece, first_line)}
         try:
-            for line, _, fields in self.text.rows(piece, first_line):
-                while self.text.layout.extra and len(fields) > n_columns and not fields[-1]:
-                    fields.pop()
-                parted = self._parted(fields)
-                if parted is not fields:
+            for line, was_glued, fields in self._fields(piece, first_line):
+                if was_glued:
                     self.glued.append(line)
-                    fields = parted
                 if len(fields) != n_columns:
                     raise self.text.error(
                         line,
@@ -128,6 +125,21 @@ class TableRows:
         except FormatError as error:
             failure = error
         return np.array(values).reshape(-1, n_columns), failure
+
+    def _fields(self, piece: bytes, first_line: int) -> Iterator[tuple[int, bool, list[str]]]:
+        """Yield each row's line, whether its numbers ran together, and its fields."""
+        for line, _, fields in self.text.rows(piece, first_line):
+            while self.text.layout.extra and len(fields) > len(self.text.names) and not fields[-1]:
+                fields.pop()
+            parted = self._parted(fields)
+            yield line, parted is not fields, parted
+
+    def cells(self, columns: list[int], n_rows: int) -> list[list[str]]:
+        """Return some columns of the first rows, which have been read, as they are written."""
+        if not columns:
+            return []
+        rows = islice(self._fields(self.text.data[self.text.body :], self.text.body_line), n_rows)
+        return [list(column) for column in zip(*([fields[i] for i in columns] for _, _, fields in rows), strict=True)]
 
     def first_cell(self, column: int) -> str:
         """Return a cell of the first row as it is written, or nothing where the row has not so many."""
@@ -177,7 +189,9 @@ class TableRows:
         for column in range(len(self.text.names)):
             cells = [fields[column] for fields in rows if len(fields) >= len(self.text.names)]
             words = [cell for cell in cells if cell.lower() not in _GAPS]
-            if len(words) > 1 and column not in self.clocks and not any(_LIKE_A_NUMBER.match(cell) for cell in words):
+            # A date that is no clock says something of its frame, as a word does.
+            worded = all(_DAY.fullmatch(cell) or form_of_text(cell) or not _LIKE_A_NUMBER.match(cell) for cell in words)
+            if len(words) > 1 and column not in self.clocks and worded:
                 found.append(column)
         # A table of text alone is none of what is read here.
         return found if len(found) < len(self.text.names) else []
