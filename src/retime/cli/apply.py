@@ -60,7 +60,7 @@ _EXAMPLES = (
 @bake_option
 @tolerance_option
 @layer_option
-@media_options
+@media_options(offset=True)
 @click.option("--force", cls=Option, is_flag=True, help="Replace files that are there; never an input.")
 @click.option("-q", "--quiet", cls=Option, is_flag=True, help="Print no summary.")
 def command(
@@ -104,8 +104,7 @@ def command(
             check_media_place(clip, place, others=inputs, force=force)
         else:
             check_format(place, like=clip, arrays=clip_options.array)
-    if not footage:
-        media.refuse_without_media()
+    media.refuse_without_media(clips)
 
     from retime.cli.summary import length_text
     from retime.formats.registry import stays_in_place

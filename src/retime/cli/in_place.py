@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retime.cli.clip_options import ClipOptions
+from retime.cli.media_options import MediaChoices
 from retime.cli.terminal import Stages
 from retime.errors import OptionError
 
@@ -37,6 +38,8 @@ class Writing:
         Of USD: the kind of layer that shows the file, in place of the file retimed.
     force : bool
         Replace what is there.
+    media : MediaChoices
+        How video, pictures and sound are retimed.
     beside : list of Path
         What was written beside the places that were named: the layers of a scene, the buffer of a .gltf, a skeleton.
     """
@@ -47,6 +50,7 @@ class Writing:
     tolerance: float | None
     layer: str | None
     force: bool
+    media: MediaChoices = MediaChoices()  # noqa: RUF009
     beside: list[Path] = field(default_factory=list, compare=False)
 
     def write(
@@ -114,14 +118,13 @@ class Writing:
     ) -> None:
         """Give a video, pictures or sound a warp; they begin at `offset` seconds of its input time."""
         from retime.media.apply import retime_media
-        from retime.media.options import MediaOptions
         from retime.progress import watching
 
         if self.held > 1:
             raise OptionError(
-                f"--on-twos and --on hold poses, and {source} has none; apply takes --output-rate for less"
+                f"--on-twos and --on hold poses, and {source} has none; --output-rate makes it of fewer frames"
             )
-        options = MediaOptions(shutter=None if self.average else 0.0, fps=fps, offset=offset)
+        options = self.media.options(average=self.average, fps=fps, offset=offset)
         with stages.stage("apply", f"retiming {source.name}"), watching(stages.tell):
             retime_media(source, place, warp, options, overwrite=self.force)
 

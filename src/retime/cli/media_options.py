@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -20,6 +20,7 @@ from retime.motion.grammar import parse_number, read_time
 from retime.motion.rate import parse_rate
 
 if TYPE_CHECKING:
+    from retime.media.options import MediaOptions
     from retime.warp.curve import Warp
 
 _SECTION = "Video and sound"
@@ -43,8 +44,8 @@ def _offset(text: str) -> float:
     return float(written.seconds)
 
 
-_OPTIONS = (
-    click.option(
+_OPTIONS = {
+    "between": click.option(
         "--between",
         cls=Option,
         section=_SECTION,
@@ -53,7 +54,7 @@ _OPTIONS = (
         default_text="blend",
         help="Between two frames show both mixed (blend), the nearer one (nearest), or one made by optical flow.",
     ),
-    click.option(
+    "shutter": click.option(
         "--shutter",
         cls=Option,
         section=_SECTION,
@@ -62,7 +63,7 @@ _OPTIONS = (
         default_text="1; 0 with nearest",
         help="Where sped up, average this share of the frames that an output frame passes: 1 all of them, 0 none.",
     ),
-    click.option(
+    "output_rate": click.option(
         "--output-rate",
         cls=Option,
         section=_SECTION,
@@ -71,7 +72,7 @@ _OPTIONS = (
         default_text="as the input",
         help="Frames a second of the output; variable shows each frame of the input when the warp comes to it.",
     ),
-    click.option(
+    "offset": click.option(
         "--offset",
         cls=Option,
         section=_SECTION,
@@ -80,7 +81,7 @@ _OPTIONS = (
         default_text="0",
         help="How long after the warp's input time 0 the video or sound begins (below 0: before it).",
     ),
-    click.option(
+    "codec": click.option(
         "--codec",
         cls=Option,
         section=_SECTION,
@@ -88,7 +89,7 @@ _OPTIONS = (
         default_text="as the input",
         help="h264, hevc, vp9, av1, prores, ffv1, or FFmpeg's name of an encoder.",
     ),
-    click.option(
+    "quality": click.option(
         "--quality",
         cls=Option,
         section=_SECTION,
@@ -97,7 +98,7 @@ _OPTIONS = (
         default_text="the input's bytes a second",
         help="Constant quality (CRF): 0 loses all but nothing, 18 hardly anything that is seen, 28 is small.",
     ),
-    click.option(
+    "pixel_format": click.option(
         "--pixel-format",
         cls=Option,
         section=_SECTION,
@@ -105,7 +106,7 @@ _OPTIONS = (
         default_text="as the input",
         help="FFmpeg's name of it, such as yuv420p or yuv422p10le.",
     ),
-    click.option(
+    "sound": click.option(
         "--sound",
         cls=Option,
         section=_SECTION,
@@ -114,7 +115,7 @@ _OPTIONS = (
         default_text="keep-pitch",
         help="keep-pitch: stretched, at its own pitch. resample: higher where faster. drop: left out.",
     ),
-    click.option(
+    "no_deinterlace": click.option(
         "--no-deinterlace",
         cls=Option,
         section=_SECTION,
@@ -123,35 +124,58 @@ _OPTIONS = (
         default_text="whole frames are made",
         help="Take frames that are two fields (interlaced) as they are.",
     ),
-)
+}
 
 
 @dataclass(frozen=True)
 class MediaChoices:
     """What was given of these options; None where it was not."""
 
-    between: str | None
-    shutter: float | None
-    output_rate: Fraction | Literal["variable"] | None
-    offset: float | None
-    codec: str | None
-    quality: int | None
-    pixel_format: str | None
-    sound: str | None
-    no_deinterlace: bool | None
+    between: str | None = None
+    shutter: float | None = None
+    output_rate: Fraction | Literal["variable"] | None = None
+    offset: float | None = None
+    codec: str | None = None
+    quality: int | None = None
+    pixel_format: str | None = None
+    sound: str | None = None
+    no_deinterlace: bool | None = None
 
-    def refuse_without_media(self) -> None:
-        """Raise OptionError where one was given, and there is no video and no sound."""
+    def refuse_without_media(self, written: Iterable[Path]) -> None:
+        """Raise OptionError where one was given, and of what is written nothing is video, pictures or sound."""
         given = [f"--{name.replace('_', '-')}" for name, value in vars(self).items() if value is not None]
-        if given:
-            raise OptionError(f"{', '.join(given)} would have no effect: no clip is video, pictures or sound")
+        if not given:
+            return
+        from retime.media.kinds import is_media
+
+        if not any(map(is_media, written)):
+            raise OptionError(
+                f"{', '.join(given)} would have no effect: no clip that is written is video, pictures or sound"
+            )
+
+    def options(self, *, average: bool, fps: Fraction | None, offset: float | None) -> MediaOptions:
+        """Return them as the library takes them; what is None is as it is there."""
+        from retime.media.options import MediaOptions
+
+        chosen = {
+            "frames": self.between,
+            "shutter": self.shutter if average or self.shutter is not None else 0.0,
+            "rate": self.output_rate,
+            "offset": offset,
+            "codec": self.codec,
+            "quality": self.quality,
+            "pixel_format": self.pixel_format,
+            "sound": self.sound,
+            "deinterlace": False if self.no_deinterlace else None,
+            "fps": fps,
+        }
+        return MediaOptions(**{name: value for name, value in chosen.items() if value is not None})  # type: ignore[arg-type]
 
     def write(
         self, clip: Path, options: ClipOptions, warp: Warp, place: Path, stages: Stages, *, average: bool, force: bool
     ) -> None:
         """Retime a video, pictures, or sound."""
         from retime.media.apply import retime_media
-        from retime.media.options import MediaOptions
         from retime.progress import watching
 
         read = {
@@ -166,19 +190,7 @@ class MediaChoices:
         useless = [name for name, value in read.items() if value]
         if useless:
             raise OptionError(f"{', '.join(useless)} would have no effect on {clip}, which is video, pictures or sound")
-        chosen = {
-            "frames": self.between,
-            "shutter": self.shutter if average or self.shutter is not None else 0.0,
-            "rate": self.output_rate,
-            "offset": self.offset,
-            "codec": self.codec,
-            "quality": self.quality,
-            "pixel_format": self.pixel_format,
-            "sound": self.sound,
-            "deinterlace": False if self.no_deinterlace else None,
-            "fps": options.fps,
-        }
-        made = MediaOptions(**{name: value for name, value in chosen.items() if value is not None})  # type: ignore[arg-type]
+        made = self.options(average=average, fps=options.fps, offset=self.offset)
         with stages.stage("apply", f"retiming {clip.name}"), watching(stages.tell):
             retime_media(clip, place, warp, made, overwrite=force)
 
@@ -198,14 +210,23 @@ def say_media(clip: Path, warp: Warp, place: Path) -> None:
     say(f"{place}: {warp.output_span:.2f} s, from {clip}")
 
 
-def media_options(function: Callable[..., None]) -> Callable[..., None]:
-    """Add the options to a command, which gets them as one argument ``media``."""
+def media_options(*, offset: bool) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add the options to a command, which gets them as one argument ``media``.
 
-    @functools.wraps(function)
-    def packed(**given: Any) -> None:
-        media = MediaChoices(**{name: given.pop(name) for name in MediaChoices.__dataclass_fields__})
-        function(media=media, **given)
+    Of footage that a warp is found on where it begins is known, and so it is of clips beside it: without `offset` there
+    is none.
+    """
+    declared = [option for name, option in _OPTIONS.items() if offset or name != "offset"]
+    names = [name for name in _OPTIONS if offset or name != "offset"]
 
-    for option in reversed(_OPTIONS):
-        packed = option(packed)
-    return packed
+    def add(function: Callable[..., None]) -> Callable[..., None]:
+        @functools.wraps(function)
+        def packed(**given: Any) -> None:
+            media = MediaChoices(**{name: given.pop(name) for name in names})
+            function(media=media, **given)
+
+        for option in reversed(declared):
+            packed = option(packed)
+        return packed
+
+    return add

@@ -14,6 +14,7 @@ import click
 from retime.cli.clip_options import PATH, ClipOptions, parsed
 from retime.cli.help_sections import Option
 from retime.cli.in_place import Writing
+from retime.cli.media_options import MediaChoices, media_options
 from retime.cli.output_checks import check_format, check_outputs, check_plot
 from retime.errors import OptionError
 from retime.motion.grammar import WrittenTime, parse_number, read_time
@@ -186,6 +187,7 @@ class OutputOptions:
     bake: bool
     tolerance: float | None
     layer: str | None
+    media: MediaChoices
     force: bool
     as_json: bool
     quiet: bool
@@ -235,7 +237,7 @@ class OutputOptions:
     @property
     def writing(self) -> Writing:
         """How clips are written."""
-        return Writing(self.average, self.held, self.bake, self.tolerance, self.layer, self.force)
+        return Writing(self.average, self.held, self.bake, self.tolerance, self.layer, self.force, self.media)
 
     @property
     def places(self) -> list[Path]:
@@ -250,6 +252,7 @@ class OutputOptions:
         """
         if self.held > 1 and self.output is None and not self.also:
             raise OptionError("poses are held in the retimed clip: give -o OUT, or --also")
+        self.media.refuse_without_media([*([] if self.output is None else [clip]), *(one.clip for one in self.also)])
         read = [clip, *(path for path in inputs if path is not None), *(one.clip for one in self.also)]
         outputs = {"--output": self.output, "--save": self.save, "--plot": self.plot, "--explain": self.explain}
         outputs |= {f"--also {one.clip}": one.output for one in self.also}
@@ -270,6 +273,7 @@ def output_options(function: Callable[..., None]) -> Callable[..., None]:
         outputs = OutputOptions(**{name: given.pop(name) for name in OutputOptions.__dataclass_fields__})
         function(outputs=outputs, **given)
 
+    packed = media_options(offset=False)(packed)
     for option in reversed(_OPTIONS):
         packed = option(packed)
     return packed
