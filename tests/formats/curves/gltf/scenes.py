@@ -8,7 +8,7 @@ import struct
 
 import numpy as np
 
-COMPONENTS = {"f4": 5126, "u1": 5121, "i2": 5122, "u2": 5123}
+COMPONENTS = {"f4": 5126, "i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123}
 TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4", 16: "MAT4"}
 
 

@@ -14,7 +14,7 @@ from retime.files import write_bytes
 from retime.formats.curves.gltf.animation import Animation, Sampler, chosen_animations, keys_of, name_of, read_animation
 from retime.formats.curves.gltf.file import GltfFile, parse_gltf
 from retime.formats.curves.gltf.retime import NewKeys, with_keys
-from retime.formats.curves.gltf.scene import Sampled, sample_animation
+from retime.formats.curves.gltf.scene import Sampled, rate_of_keys, sample_animation
 from retime.formats.curves.gltf.skin import read_skin
 from retime.formats.curves.gltf.write import glb_of, gltf_of
 from retime.formats.read_options import ReadOptions
@@ -25,6 +25,9 @@ from retime.motion.skin import Skin
 from retime.warp.apply import apply_warp
 from retime.warp.curve import Warp
 from retime.warp.cutting import cut_curve
+
+# What a key may be off by, in frames, before it is told.
+_COARSE_FRAMES = 0.1
 
 
 def animation_names(path: Path, data: bytes, options: ReadOptions) -> list[str]:
@@ -137,8 +140,26 @@ def _rewritten(
     animations = [read_animation(file, index) for index in chosen_animations(file, options.animation)]
     timings = {one.name: warps for one in animations} if isinstance(warps, Warp) else warps
     animations = [one for one in animations if one.name in timings]
-    keys = [key for one in animations for key in keys_of_animation(file, one, timings[one.name])]
+    keys = []
+    for one in animations:
+        made = keys_of_animation(file, one, timings[one.name])
+        _warn_of_coarse_times(path, one, made, float(options.rate or rate_of_keys(one)))
+        keys += made
     return with_keys(file, keys, animations)
+
+
+def _warn_of_coarse_times(path: Path, animation: Animation, keys: list[NewKeys], rate: float) -> None:
+    """Warn where keys lie so late that single precision, which glTF's times have, puts them off by what is seen."""
+    latest = max(float(np.abs(one.times).max()) for one in keys)
+    off = float(np.spacing(np.float32(latest))) / 2
+    if off * rate > _COARSE_FRAMES:
+        warnings.warn(
+            f"{path}: keys of {animation.name} lie at {latest:.6g} s, where glTF's times (single precision) are up to "
+            f"{off:.2g} s off ({off * rate:.2g} frames at {rate:g} Hz); in the program that made it, let the animation "
+            "begin near 0",
+            FormatWarning,
+            stacklevel=5,
+        )
 
 
 def _cut(file: GltfFile, animation: Animation, warp: Warp) -> list[NewKeys]:

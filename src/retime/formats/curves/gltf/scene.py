@@ -121,6 +121,15 @@ class Sampled:
     __repr__ = brief_repr
 
 
+def rate_of_keys(animation: Animation) -> Fraction:
+    """Return the rate on whose frames an animation's keys lie."""
+    return grid_rate(_key_times(animation), animation.start)
+
+
+def _key_times(animation: Animation) -> list[FloatArray]:
+    return [np.append(one.curve.times[:, 0], one.curve.end_time) for one in animation.samplers]
+
+
 def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None, limits: Limits) -> Sampled:
     """Sample an animation from its first key to its last, at a rate or at that of its keys.
 
@@ -137,9 +146,8 @@ def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None
     FormatWarning
         Most of the frames lie where no key does.
     """
-    starts = [np.append(one.curve.times[:, 0], one.curve.end_time) for one in animation.samplers]
     start = animation.start
-    rate = rate or grid_rate(starts, start)
+    rate = rate or rate_of_keys(animation)
     n_frames = int(np.ceil(float(rate) * (animation.end - start) - 1e-3)) + 1
     moved = _moved(animation)
     nodes = read_nodes(file, limits)
@@ -159,7 +167,7 @@ def sample_animation(file: GltfFile, animation: Animation, rate: Fraction | None
         n_frames,
         7 * len(joints) or sum(len(one.end_value) for one in curves),
         sum((len(one) + 1) * len(one.end_value) for one in curves),
-        np.concatenate(starts),
+        np.concatenate(_key_times(animation)),
     )
     if problem := sampling.problem():
         raise file.error(f"{animation.name!r} {problem}")
