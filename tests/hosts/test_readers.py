@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import time
+import warnings
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 from retime import export_curve, import_curve
-from retime.errors import FormatError, OptionError, RetimeWarning
+from retime.errors import FormatError, FormatWarning, OptionError, RetimeWarning
 from retime.hosts.bezier import drawn
 from retime.hosts.maya import unit_of
 from retime.hosts.registry import HOSTS, host_named
@@ -566,10 +567,42 @@ def test_whose_curve_it_is_is_told_by_the_ending_or_by_the_user(tmp_path) -> Non
 @pytest.mark.parametrize("option", [{"rate": 24}, {"start": 1}, {"rate": 24, "start": 1}])
 def test_a_table_that_is_read_as_seconds_is_not_told_to_count_frames(tmp_path, option) -> None:
     # Frames without a line of names would be taken for seconds, without a word.
-    with pytest.raises(OptionError, match=f"--{next(iter(option))} would have no effect.*output_frame,input_frame"):
+    said = ", ".join(f"--{name}" for name in option)
+    with pytest.raises(OptionError, match=f"{said} would have no effect.*output_frame,input_frame"):
         read(tmp_path, "1,1\n25,49\n", "a.csv", **option)
     named = read(tmp_path, "output_frame,input_frame\n1,1\n25,49\n", "a.csv", rate=24, start=1)
     assert (named.output_times.tolist(), named.input_times.tolist()) == ([0.0, 1.0], [0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "rate", "said"),
+    [
+        ("a.nk", NUKE.format("L x1001 1001 x1025 1060"), 24, r"at frame 1001, 41\.67 s after frame 1.*--start 1001\)"),
+        ("a.framecurve.txt", "101\t130\n125\t170\n", 25, r"at frame 101, 4 s after frame 1.*--start 101\)"),
+        ("a.csv", "output_frame,input_frame\n86400,86410\n86500,86600\n", 24, r"--start 86400\)"),
+    ],
+)
+def test_a_curve_far_from_a_first_frame_that_nobody_named_is_told(tmp_path, name, text, rate, said) -> None:
+    host = {"a.framecurve.txt": "framecurve"}.get(name)
+    with pytest.warns(FormatWarning, match=said):
+        late = read(tmp_path, text, name, host=host, rate=rate)
+    start = int(said.split("--start ")[1].rstrip("\\)"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        named = read(tmp_path, text, name, host=host, rate=rate, start=start)
+        # What is said is done, be it odd.
+        read(tmp_path, text, name, host=host, rate=rate, start=1)
+    assert named.output_start == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(np.diff(named.input_times), np.diff(late.input_times))
+
+
+def test_a_curve_near_the_first_frame_is_read_without_a_word(tmp_path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, NUKE.format("L x1 1 x49 97"), "a.nk", rate=24)
+        # It shows the clip from its beginning, only later.
+        read(tmp_path, NUKE.format("L x101 1 x149 97"), "a.nk", rate=24)
+        read(tmp_path, "10,10\n12,14\n", "a.csv")
 
 
 @pytest.mark.parametrize("name", [host.name for host in HOSTS if host.imports])

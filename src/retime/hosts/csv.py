@@ -10,7 +10,7 @@ import re
 
 import numpy as np
 
-from retime.errors import FormatError
+from retime.errors import FormatError, OptionError
 from retime.hosts.shot import MOST_KEYS, Shot, warp_of
 from retime.hosts.text import decoded, number
 from retime.warp.curve import Warp
@@ -28,15 +28,15 @@ def write(warp: Warp, shot: Shot) -> str:
 def read(data: bytes, shot: Shot) -> Warp:
     """Read a table of two columns; without a line of names they are seconds."""
     frames, rows, lines = _table(data)
+    if shot.said and not frames:
+        raise OptionError(
+            f"{', '.join(shot.said)} would have no effect: the table counts seconds. Where it counts frames, name its "
+            f"columns {','.join(_FRAMES)}"
+        )
     outputs, inputs = np.array(rows, dtype=np.float64).reshape(-1, 2).T
     if frames:
         outputs, inputs = shot.times(outputs), shot.times(inputs)
     return warp_of(outputs, inputs, place=lambda key: {"line": lines[key]})
-
-
-def counts_frames(data: bytes) -> bool:
-    """Whether a table counts frames; errors are those of `read`."""
-    return _table(data)[0]
 
 
 def _table(data: bytes) -> tuple[bool, list[list[float]], list[int]]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from os import PathLike
 from pathlib import Path
 
 from retime.checks import path_of, real, whole
-from retime.errors import FormatError, OptionError
+from retime.errors import FormatError, FormatWarning, OptionError
 from retime.files import read_bytes
-from retime.hosts import csv
 from retime.hosts.exporting import TOLERANCE
 from retime.hosts.registry import HOSTS, IMPORTED, Host, host_by_ending, host_named
 from retime.hosts.shot import Shot
@@ -16,6 +16,8 @@ from retime.motion.rate import RateLike, parse_rate
 from retime.warp.curve import Warp
 
 _MOST_BYTES = 1 << 26
+# A clip of which neither input nor output has anything to show for so long is hardly meant.
+_LATE_SECONDS = 1.0
 
 
 def import_curve(
@@ -59,6 +61,11 @@ def import_curve(
     OSError
         The file can't be opened.
 
+    Warns
+    -----
+    FormatWarning
+        The curve begins a second or more after the frame that counts as the first where `start` is left out.
+
     Examples
     --------
     >>> import pathlib, tempfile
@@ -72,7 +79,7 @@ def import_curve(
     found = _host(place, host)
     if rate is not None and found.says_rate:
         raise OptionError(f"--rate would have no effect: a file of {found.name} says itself how it counts")
-    if start is not None and found.first_frame is None and found.name != "csv":
+    if start is not None and found.first_frame is None and not found.may_count_frames:
         raise OptionError(f"--start would have no effect: {found.name} counts from the beginning of its clip")
     if item and not found.takes_item:
         raise OptionError(f"--item would have no effect: a file of {found.name} holds one curve")
@@ -82,19 +89,31 @@ def import_curve(
     if not 0 <= allowed < float("inf"):
         raise OptionError(f"the tolerance must be 0 or more seconds, found {allowed}")
     number = found.first_frame or 0 if start is None else whole(start, "the first frame's number")
-    shot = Shot(None if rate is None else parse_rate(rate), number, item, allowed)
+    said = tuple(option for option, value in (("--rate", rate), ("--start", start)) if value is not None)
+    shot = Shot(None if rate is None else parse_rate(rate), number, item, allowed, said)
     data = read_bytes(place, _MOST_BYTES)
     try:
-        if found.name == "csv" and (rate is not None or start is not None) and not csv.counts_frames(data):
-            which = "--rate" if rate is not None else "--start"
-            raise OptionError(
-                f"{which} would have no effect: the table counts seconds. Where it counts frames, name its columns "
-                "output_frame,input_frame"
-            )
         warp = found.module.read(data, shot)
     except FormatError as error:
         raise FormatError(error.problem, path=place, line=error.line, column=error.column, byte=error.byte) from None
+    if start is None and (found.first_frame is not None or (found.may_count_frames and rate is not None)):
+        _warn_of_late_keys(warp, shot, place)
     return Warp(warp.output_times, warp.input_times, name=place.stem)
+
+
+def _warn_of_late_keys(warp: Warp, shot: Shot, place: Path) -> None:
+    """Warn where a curve is far from the first frame that nobody named: many shots begin at 1001."""
+    late = min(warp.output_start, float(warp.input_times.min()))
+    if late < _LATE_SECONDS:
+        return
+    number = "N" if shot.rate is None else str(round(shot.start + warp.output_start * float(shot.rate)))
+    begins = "" if shot.rate is None else f" at frame {number}"
+    warnings.warn(
+        f"{place}: the curve begins{begins}, {warp.output_start:.4g} s after frame {shot.start}, which counts as the "
+        f"shot's first: nobody says another. Where the shot begins with the curve, say so (--start {number})",
+        FormatWarning,
+        stacklevel=3,
+    )
 
 
 def _host(place: Path, name: str | None) -> Host:

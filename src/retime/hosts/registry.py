@@ -78,6 +78,8 @@ class Host:
         Whether its files are read by `retime import`.
     says_rate : bool
         Whether its files say how many frames a second they count.
+    may_count_frames : bool
+        Whether a file that is read may count frames in place of seconds, though what is written doesn't.
     bends : bool
         Whether its files may hold rounded spans, which are read as lines.
     """
@@ -99,6 +101,7 @@ class Host:
     needs_rate: bool = True
     imports: bool = False
     says_rate: bool = False
+    may_count_frames: bool = False
     bends: bool = False
 
     @property
@@ -202,7 +205,14 @@ HOSTS = (
         before_clip=False,
         takes_item="the clip's file",
     ),
-    Host("csv", "A table: output time, input time, in seconds", (".csv",), needs_rate=False, imports=True),
+    Host(
+        "csv",
+        "A table: output time, input time, in seconds",
+        (".csv",),
+        needs_rate=False,
+        imports=True,
+        may_count_frames=True,
+    ),
     Host(
         "frames",
         "A list: the input frame of each output frame",

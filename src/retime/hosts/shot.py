@@ -34,12 +34,15 @@ class Shot:
         The node, layer or clip that it is for; empty where nobody said.
     tolerance : float
         Seconds that a line may be off, where a rounded curve is read.
+    said : tuple of str
+        The options that somebody gave of how frames are counted: where a file counts seconds they have no effect.
     """
 
     rate: Fraction | None = None
     start: int = 0
     item: str = ""
     tolerance: float = 0.001
+    said: tuple[str, ...] = ()
 
     @property
     def exact_rate(self) -> Fraction:
