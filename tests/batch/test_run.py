@@ -544,6 +544,32 @@ def test_variants_depend_on_the_clip_s_name_alone(library: Path, tmp_path: Path)
     assert other.counts["done"] == 3
 
 
+def test_references_are_drawn_by_the_clip_s_name(library: Path, tmp_path: Path) -> None:
+    (library / "arm.csv").unlink()
+    references = []
+    for start in (0, 200, 400):
+        references.append(str(tmp_path / f"reference_{start}.bvh"))
+        retime.write(retime.sample()[start : start + 90], references[-1])
+    given = {"variants": 3, "seed": 1, "reference": references, "draw_references": True}
+    made = [record for record in done(library, tmp_path / "out", given).records if record.status == "done"]
+    assert len(made) > 3
+    by_clip: dict[str, list[str]] = {}
+    for record in made:
+        by_clip.setdefault(record.name, []).append(record.reference)
+    assert all(sorted(found) == sorted(references) for found in by_clip.values())
+    # Asked for alone, the drawn one gives the same file.
+    first = made[0]
+    done(library, tmp_path / "alone", given | {"reference": [first.reference]})
+    assert (tmp_path / "alone" / first.output).read_bytes() == (tmp_path / "out" / first.output).read_bytes()
+    again = done(library, tmp_path / "out", given)
+    assert again.counts["kept"] == len(made)
+    kept = [record for record in again.records if record.status == "kept"]
+    assert [record.reference for record in kept] == [record.reference for record in made]
+    together = done(library, tmp_path / "together", given | {"draw_references": False}).records
+    assert {record.reference for record in together} == {""}
+    assert (tmp_path / "together" / first.output).read_bytes() != (tmp_path / "out" / first.output).read_bytes()
+
+
 def test_files_beside_go_along(library: Path, tmp_path: Path) -> None:
     (library / "walks" / "a_labels.json").write_text(json.dumps([{"start_frame": 0, "end_frame": 39, "act": "walk"}]))
     (library / "c_labels.csv").write_text("start_t,end_t,act\n0,0.3,step\n")

@@ -65,6 +65,8 @@ def test_what_says_nothing_is_refused_by_its_name(given: dict[str, object], said
         {"variants": 3, "method": "linear"},
         {"speeds": "0.8..1.25"},
         {"variants": 2, "speeds": "0.5..uncut"},
+        {"draw_references": True, "reference": ["a.bvh", "b.bvh"]},
+        {"variants": 2, "draw_references": 1},
     ],
 )
 def test_variants_draw_their_own_lengths(given: dict[str, object]) -> None:
@@ -159,7 +161,9 @@ def test_of_variants_the_speed_is_their_mean_wherever_it_is_written() -> None:
     assert varied == Treatment(variants=3, speeds="0.8..1.25")
     assert own == Treatment(variants=3, speeds="0.5..2")
     assert plain == base
-    # A rule without variants has no range of their lengths.
+    # A rule without variants draws no reference, and has no range of their lengths.
+    drawing = Treatment().with_(settings({"variants": 3, "draw_references": True}))
+    assert drawing.with_(settings({"variants": 0})) == Treatment()
     whole = Treatment().with_(settings({"variants": 3, "speed": "0.8..1.25"}))
     assert whole == Treatment(variants=3, speeds="0.8..1.25")
     assert whole.with_({"variants": 0}) == Treatment()

@@ -62,6 +62,20 @@ def test_exit_codes(run: Run, library: Path, tmp_path: Path) -> None:
     assert not any((tmp_path / name).exists() for name in ("out3", "out4", "clips/out"))
 
 
+def test_references_are_drawn_for_variants(run: Run, library: Path, tmp_path: Path) -> None:
+    references = []
+    for start in (0, 200):
+        references += ["--reference", f"ref_{start}.bvh"]
+        retime.write(retime.sample()[start : start + 60], tmp_path / f"ref_{start}.bvh")
+    given = ("batch", "clips", "--out", "out", *references, "--draw-references")
+    assert "drawn for variants" in run(*given, code=2).output
+    run(*given, "--variants", "2", *SERIAL, "-q", code=4)
+    lines = [json.loads(line) for line in (tmp_path / "out" / "manifest.jsonl").read_text().splitlines()]
+    made = [Path(line["reference"]).name for line in lines if line["status"] == "done"]
+    assert sorted(made) == ["ref_0.bvh"] * (len(made) // 2) + ["ref_200.bvh"] * (len(made) // 2)
+    assert made
+
+
 def test_a_dry_run_writes_nothing(run: Run, library: Path, tmp_path: Path) -> None:
     result = run("batch", "clips", "--out", "out", "--variants", "2", "--speed", "0.8..1.25", "--dry-run")
     assert "outputs     6, about" in result.output

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from retime import read, read_warp, variants
+from retime import read, read_warp, variants, write
 
 
 def test_each_variant_has_files_of_its_own(run, clips, tmp_path) -> None:
@@ -27,6 +27,16 @@ def test_lengths_are_as_asked(run, clips) -> None:
     assert 0.5 < shares[0] < 0.55 < shares[1] < 0.6
 
 
+def test_each_imitates_a_reference_of_its_own(run, clips, tmp_path) -> None:
+    clip = read(clips.csv)
+    for name, stop in (("one.csv", 30), ("other.csv", 40)):
+        write(clip.frames(0, stop), tmp_path / name)
+    given = ("--variants", "4", "--reference", "one.csv", "--reference", "other.csv", "--draw-references", "--json")
+    documents = [json.loads(line) for line in run("warp", clips.csv, *given).stdout.splitlines()]
+    imitated = [(one["references"], one["n_reference"]) for one in documents]
+    assert sorted(imitated) == [(["one.csv"], 30)] * 2 + [(["other.csv"], 40)] * 2
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -36,6 +46,8 @@ def test_lengths_are_as_asked(run, clips) -> None:
         (("--variants", "2", "--method", "linear"), "not with --method linear"),
         (("--seed", "2"), "--seed is for --variants"),
         (("--lengths", "0.8..1"), "--lengths is for --variants"),
+        (("--draw-references",), "--draw-references is for --variants"),
+        (("--variants", "2", "--draw-references"), "--draw-references needs --reference"),
     ],
 )
 def test_what_variants_have_no_use_for_is_refused(run, clips, options, message) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import retime
 from retime import GuidedWarp, Lock, OptionError, Reference, Signal, variants
-from retime.search.variants import APART, how_far_apart
+from retime.search.variants import APART, drawn_references, how_far_apart
 
 
 def curve(n_frames: int, seed: int = 0) -> Signal:
@@ -67,6 +67,32 @@ def test_locks_limits_and_references_hold_in_all() -> None:
         assert take.warp.slopes.min() >= 0.5 - 1e-9
         assert take.warp.slopes.max() <= 2 + 1e-9
         assert take.n_reference == 90
+
+
+@pytest.mark.parametrize("n", [1, 4, 7])
+def test_each_imitates_one_of_the_references_where_they_are_drawn(n: int) -> None:
+    clip = curve(150)
+    # Of three lengths, so that the count of frames tells which one it was.
+    several = [Reference(curve(n_frames, n_frames)) for n_frames in (60, 75, 90)]
+    takes = variants(clip, n, seed=3, reference=several, draw_references=True)
+    order = drawn_references(n, 3, 3)
+    assert [take.n_reference for take in takes] == [(60, 75, 90)[place] for place in order]
+    counts = [order.count(place) for place in range(3)]
+    assert max(counts) - min(counts) <= 1
+    # All else is drawn as it is without.
+    together = variants(clip, n, seed=3, reference=several)
+    assert [take.n_reference for take in together] == [225] * n
+    assert [take.plan.request.keytimes for take in takes] == [take.plan.request.keytimes for take in together]
+    alone = variants(clip, n, seed=3, reference=several[order[0]])
+    assert same(takes[0], alone[0])
+
+
+def test_other_seeds_draw_other_references() -> None:
+    orders = {drawn_references(6, 3, seed) for seed in range(20)}
+    assert len(orders) > 10
+    assert drawn_references(3, 0, 1) == ()
+    with pytest.raises(OptionError, match="to draw references"):
+        variants(curve(100), 2, draw_references=True)
 
 
 # A lock from end to end leaves keytimes drawn inside it no room: that is said, until there are none left to draw.

@@ -50,7 +50,7 @@ from retime.search.joined import joined_warp
 from retime.search.options import BY_NAME
 from retime.search.poses.references import Reference
 from retime.search.result import GuidedWarp
-from retime.search.variants import variants
+from retime.search.variants import drawn_references, variants
 from retime.search.wishes.locks import Lock
 from retime.search.written import option_reader, search_arguments
 from retime.svg import thinned
@@ -328,14 +328,25 @@ def _variants(task: ClipTask, path: Path) -> list[_Found]:
     given = task.treatment
     whole, clip = _read_clip(path, given)
     low, high = parse_speeds(given.speeds) if given.speeds is not None else (1 / 1.2, 1 / 0.8)
+    seed = _seed(task.name, given.seed)
+    if given.draw_references and not given.reference:
+        raise OptionError("to draw references some must be named (reference)")
     takes = variants(
         clip,
         given.variants,
         lengths=(1 / high, 1 / low),
-        seed=_seed(task.name, given.seed),
+        seed=seed,
+        draw_references=given.draw_references,
         **_arguments(clip, given),
     )
-    return [_found(task, path, whole, clip, take.warp, take) for take in takes]
+    found = [_found(task, path, whole, clip, take.warp, take) for take in takes]
+    if not given.draw_references:
+        return found
+    drawn = [given.reference[place] for place in drawn_references(len(found), len(given.reference), seed)]
+    return [
+        (replace(record, reference=reference), write_to, shown)
+        for (record, write_to, shown), reference in zip(found, drawn, strict=True)
+    ]
 
 
 def _seed(name: str, seed: int) -> int:

@@ -104,6 +104,8 @@ class Record:
         Size of the output.
     variant : int
         Its number, from 1; 0 where there is but one output.
+    reference : str
+        The reference that a variant imitates, where one was drawn.
     rate : float
         Frames a second.
     frames_in, frames_out : int
@@ -138,6 +140,7 @@ class Record:
     files: tuple[str, ...] = ()
     bytes_out: int = 0
     variant: int = 0
+    reference: str = ""
     rate: float = 0.0
     frames_in: int = 0
     frames_out: int = 0

@@ -95,6 +95,8 @@ class Treatment:
         of the command; without variants that is the search's.
     seed : int
         Of variants.
+    draw_references : bool
+        Of variants: each imitates one of the references, drawn, in place of all of them.
     beside : tuple of str
         Files beside the clip that go through the same warp, such as ``{stem}_labels.csv``.
     """
@@ -125,6 +127,7 @@ class Treatment:
     variants: int = 0
     speeds: str | None = _written(parse_speeds)
     seed: int = 0
+    draw_references: bool = False
     beside: tuple[str, ...] = _written(_name_beside, many=True)
 
     __repr__ = brief_repr
@@ -139,6 +142,8 @@ class Treatment:
         if not self.variants:
             if self.speeds is not None:
                 raise OptionError("the range of mean speeds is for variants (variants = 8)")
+            if self.draw_references:
+                raise OptionError("references are drawn for variants (variants = 8)")
             return
         drawn = [name for name in _DRAWN if name in self.search] + ["key"] * bool(self.key)
         if drawn or self.method != "guided":
@@ -156,8 +161,9 @@ class Treatment:
             if "speed" in search:
                 # Of variants it says between which mean speeds their lengths are drawn, wherever it was written.
                 fields.setdefault("speeds", str(search.pop("speed")))
-        elif "speeds" not in fields:
-            fields["speeds"] = None
+        else:
+            # What is for variants alone, and was said further out.
+            fields = {"speeds": None, "draw_references": False} | fields
         return dataclasses.replace(self, search=search, **fields)
 
     def to_json(self) -> dict[str, Any]:

@@ -85,6 +85,13 @@ _SETTINGS = (
         "them --speed LO..HI says between which mean speeds their lengths are drawn.",
     ),
     ("seed", "--seed", "S", "Variants", "Another seed, other variants."),
+    (
+        "draw_references",
+        "--draw-references",
+        "",
+        "Variants",
+        "Each variant imitates one of the references, drawn, in place of all of them.",
+    ),
 )
 _TYPES = {"drop_first": int, "on": int, "variants": int, "seed": int}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -72,11 +73,17 @@ class VariantOptions:
             for i in range(1, self.n + 1)
         ]
 
-    def find(self, clip: AnyMotion, given: dict[str, Any]) -> tuple[GuidedWarp, ...]:
+    def find(self, clip: AnyMotion, draw_references: bool, given: dict[str, Any]) -> tuple[GuidedWarp, ...]:
         """Find them."""
         from retime.search.variants import variants
 
-        return variants(clip, self.n, lengths=self.lengths, seed=self.seed, **given)
+        return variants(clip, self.n, lengths=self.lengths, seed=self.seed, draw_references=draw_references, **given)
+
+    def drawn_references(self, references: Sequence[Path]) -> list[Path]:
+        """Return which reference each of them imitates, where one is drawn."""
+        from retime.search.variants import drawn_references
+
+        return [references[place] for place in drawn_references(self.n, len(references), self.seed)]
 
 
 def read_lengths(text: str) -> tuple[float, float]:

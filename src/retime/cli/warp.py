@@ -59,6 +59,7 @@ class _Request:
     variants: int | None
     seed: int | None
     lengths: tuple[float, float] | None
+    draw_references: bool
     group: bool
     search: dict[str, Any]
     wishes: WishOptions
@@ -137,7 +138,11 @@ class _Request:
             for option, given in (("--seed", self.seed), ("--lengths", self.lengths)):
                 if given is not None:
                     raise OptionError(f"{option} is for --variants N")
+            if self.draw_references:
+                raise OptionError("--draw-references is for --variants N")
             return
+        if self.draw_references and not (self.reference or self.reference_frames):
+            raise OptionError("--draw-references needs --reference, best several")
         if self.method != "guided":
             raise OptionError(f"--variants are guided warps: not with --method {self.method}")
         refused = (
@@ -277,6 +282,13 @@ _EXAMPLES = (
     default_text="80%..120%",
     help="The shortest and the longest of the variants.",
 )
+@click.option(
+    "--draw-references",
+    cls=Option,
+    section="Variants",
+    is_flag=True,
+    help="Each variant imitates one of the references, drawn, in place of all of them.",
+)
 @search_options(
     usual={"length": "as the input"},
     beside=WISHES_BESIDE
@@ -315,11 +327,17 @@ def command(**given: Any) -> None:
     hint_at_up(clip, request.clip_options.up)
     if request.many is not None:
         with stages.stage("search", "searching"):
-            takes = request.many.find(clip, {"reference": references or None, **_options(request, clip)})
+            many = request.many
+            takes = many.find(
+                clip, request.draw_references, {"reference": references or None, **_options(request, clip)}
+            )
+        # Of frames of the clip itself there is no file to be named.
+        drawn = many.drawn_references(request.reference) if request.draw_references and request.reference else ()
         for number, (take, outputs) in enumerate(zip(takes, request.places, strict=True), start=1):
             warp = replace(take.warp, name=clip.name)
             found = FoundWarp(request.clip, request.clip_options, clip, [], "guided", warp, take)
-            facts = {"references": [str(reference) for reference in request.reference], "variant": number}
+            imitated = [drawn[number - 1]] if drawn else request.reference
+            facts = {"references": [str(reference) for reference in imitated], "variant": number}
             deliver(found, outputs, stages, facts)
         return
     together = [clip, *(other for other, _ in others if other is not None)]

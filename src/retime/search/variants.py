@@ -17,7 +17,8 @@ from retime.motion.motion import Motion
 from retime.motion.signal import Signal
 from retime.search import options
 from retime.search.guided import guided_warp
-from retime.search.inputs import as_clips
+from retime.search.inputs import as_clips, as_references
+from retime.search.poses.references import Reference
 from retime.search.poses.spaces import PoseOptions
 from retime.search.result import GuidedWarp
 from retime.search.wishes.locks import Lock
@@ -42,6 +43,7 @@ def variants(
     lengths: Sequence[float] = (0.8, 1.2),
     seed: int = 0,
     locks: Sequence[Lock | str] = (),
+    draw_references: bool = False,
     **given: Any,
 ) -> tuple[GuidedWarp, ...]:
     """Find different natural timings of one clip.
@@ -65,6 +67,8 @@ def variants(
         Another seed, other variants; 0 or more.
     locks : sequence of Lock or str
         Hold in all of them.
+    draw_references : bool
+        Of several references each variant imitates one, in place of all (`drawn_references`).
     **given
         Other options of `guided_warp`, but for keys and what is about the length.
 
@@ -90,6 +94,12 @@ def variants(
     shortest, longest = _lengths(lengths)
     options.refuse_unknown(given, ("reference", *(name for name in (*options.BY_NAME,) if name not in _DRAWN)))
     (clip,) = as_clips(motion, given.get("rate"))
+    references: list[Reference] = []
+    if draw_references:
+        if given.get("reference") is None:
+            raise OptionError("to draw references some must be there: reference=[...]", option="draw_references")
+        references = as_references(given["reference"], 1, given.get("rate"))
+    order = drawn_references(n, len(references), seed)
     rng = np.random.default_rng(seed)
     # One length from each of n parts of the range: they are spread, whatever is drawn.
     parts = rng.permutation(n)
@@ -99,6 +109,8 @@ def variants(
     for _ in range(_DRAWS * n):
         share = shortest + (longest - shortest) * (parts[len(found)] + rng.uniform(0.25, 0.75)) / n
         drawn = _drawn(rng, clip, share, tuple(locks), given)
+        if references:
+            drawn["reference"] = references[order[len(found)]]
         try:
             take = guided_warp(motion, **given | drawn)
         except InfeasibleWarpError:
@@ -116,6 +128,22 @@ def variants(
         f"{shortest:g} and {longest:g}, or loosen locks and limits",
         option="lengths",
     )
+
+
+def drawn_references(n: int, n_references: int, seed: int) -> tuple[int, ...]:
+    """Return which reference each of `n` variants imitates: drawn, and each as often as the others, one aside.
+
+    Examples
+    --------
+    >>> sorted(drawn_references(5, 2, seed=1)) in ([0, 0, 0, 1, 1], [0, 0, 1, 1, 1])
+    True
+    """
+    if not n_references:
+        return ()
+    # A stream of its own: what else is drawn does not depend on it.
+    rng = np.random.default_rng([seed, 1])
+    rounds = [rng.permutation(n_references).tolist() for _ in range(-(-n // n_references))]
+    return tuple(place for one in rounds for place in one)[:n]
 
 
 def how_far_apart(one: Warp, other: Warp) -> float:
