@@ -203,7 +203,15 @@ export class App {
           this.clipCheck.lost();
           this.dropNote.taken();
         },
-        outdated: () => veil.cover("This page is of another version than its server. Load it again."),
+        outdated: () => {
+          // A dialog would lie over it, and nothing that is asked in one can be done.
+          for (const dialog of this.root.querySelectorAll("dialog")) dialog.close();
+          veil.coverWithRemedy("This page is of another version than its server. What you did is kept.", {
+            word: "Load it again",
+            action: () => location.reload(),
+          });
+          this.dialogs.lost();
+        },
         renewed: () => this.renewed(),
       },
       (callback) => requestAnimationFrame(callback),
@@ -353,7 +361,7 @@ export class App {
     const dialog = new WelcomeDialog(this.connection, () => this.dialogs.showOpen());
     this.dialogs.add(dialog.root);
     void askForWelcome().then((welcome) => {
-      if (welcome?.show) dialog.show(welcome);
+      if (welcome?.show && !this.connection.isOutdated) dialog.show(welcome);
     });
   }
 

@@ -86,6 +86,7 @@ export class Connection implements LinkEvents {
   private answeredMoves: number[] = [];
   /** What the server said of itself last. */
   private server: Welcome | null = null;
+  private outdated = false;
   /** The document before the changes that have no answer yet, and the last of those. */
   private base: Document | null = null;
   private latest: { readonly document: Document; readonly label: string } | null = null;
@@ -105,6 +106,11 @@ export class Connection implements LinkEvents {
 
   get isConnected(): boolean {
     return this.link !== null;
+  }
+
+  /** Whether the server speaks another version: only a page that is loaded anew can talk with it. */
+  get isOutdated(): boolean {
+    return this.outdated;
   }
 
   /** Whether there are changes that the server has not answered. */
@@ -213,7 +219,8 @@ export class Connection implements LinkEvents {
     this.keepUnanswered();
     this.forget();
     this.store.setProgress(null);
-    this.events.lost(this.server?.command ?? "");
+    // It has told the page to go, and goes on: nothing has to be started again.
+    if (!this.outdated) this.events.lost(this.server?.command ?? "");
   }
 
   text(text: string): void {
@@ -221,8 +228,9 @@ export class Connection implements LinkEvents {
     switch (message.type) {
       case "welcome":
         this.server = message;
-        if (message.version === VERSION) this.events.connected();
-        else this.events.outdated();
+        this.outdated = message.version !== VERSION;
+        if (this.outdated) this.events.outdated();
+        else this.events.connected();
         break;
       case "state":
         this.stated(message);
@@ -399,6 +407,6 @@ export class Connection implements LinkEvents {
 
   private say(message: PageMessage): void {
     if (this.link) this.link.send(JSON.stringify(message));
-    else this.events.notice("error", "The server does not answer: this could not be sent.");
+    else if (!this.outdated) this.events.notice("error", "The server does not answer: this could not be sent.");
   }
 }

@@ -36,7 +36,7 @@ function connect(events: Connection, failures: number): void {
   });
   socket.addEventListener("close", () => {
     events.closed();
-    again(events, failed);
+    if (!events.isOutdated) again(events, failed);
   });
 }
 

@@ -1,6 +1,6 @@
 import { beforeEach, describe, expect, it } from "vitest";
 import { Connection } from "../src/connection";
-import type { Document, State } from "../src/messages";
+import { type Document, type State, VERSION } from "../src/messages";
 import { Store } from "../src/store";
 import { EMPTY } from "./empty";
 import { nothing, UNHEARD } from "./unheard";
@@ -128,5 +128,44 @@ describe("undo and redo", () => {
     expect(sent).toEqual([]);
     connection.redo();
     expect(types()).toEqual(["redo"]);
+  });
+});
+
+describe("a server of another version", () => {
+  let told: string[];
+  const welcome = (version: number): string =>
+    JSON.stringify({ type: "welcome", version, program: "", opens: [], run: "r", command: "retime edit", key: "k" });
+
+  beforeEach(() => {
+    told = [];
+    const events = {
+      ...UNHEARD,
+      connected: () => void told.push("connected"),
+      outdated: () => void told.push("outdated"),
+      lost: () => void told.push("lost"),
+      notice: (_: string, text: string) => void told.push(text),
+    };
+    connection = new Connection(store, events, (callback) => callback());
+    connection.opened({ send: nothing });
+  });
+
+  it("is not said to have stopped, when it closes the connection", () => {
+    connection.text(welcome(VERSION + 1));
+    connection.closed();
+    connection.save("a.retime", false);
+    expect(told).toEqual(["outdated"]);
+    expect(connection.isOutdated).toBe(true);
+  });
+
+  it("one of the same version is, and is welcome again", () => {
+    connection.text(welcome(VERSION));
+    connection.closed();
+    expect(told).toEqual(["connected", "lost"]);
+    expect(connection.isOutdated).toBe(false);
+    connection.save("a.retime", false);
+    expect(told.at(-1)).toMatch(/^The server does not answer/);
+    connection.opened({ send: nothing });
+    connection.text(welcome(VERSION));
+    expect(told.at(-1)).toBe("connected");
   });
 });

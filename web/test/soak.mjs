@@ -2,8 +2,8 @@
 //
 //     node soak.mjs '{"python": …, "clip": …, "folder": …, "state": …, "gestures": 3000, "every": 100, "seed": 1}'
 //
-// Prints a line of JSON for every so many gestures: bytes of the heap after garbage is collected, nodes of documents
-// and listeners. Each round of gestures ends as it began, with one keytime, so what grows is kept by nobody's wish.
+// Prints a line of JSON for every so many gestures: bytes of the heap after garbage is collected, values of the scripts,
+// nodes of documents and listeners. Each round of gestures ends as it began, with one keytime, so what grows is kept by nobody's wish.
 
 import { Editor, launch, serve } from "./editor.mjs";
 
@@ -21,6 +21,25 @@ const browser = await launch();
 const command = [python, "-m", "retime.cli.main", "edit", clip, "--no-browser"];
 const server = await serve(command, folder, { XDG_STATE_HOME: state });
 
+/**
+ * How many objects, functions and lists the scripts hold. What the browser makes of the scripts themselves is not among
+ * them: the machine code that it compiles of what runs often takes more and more of the heap for hundreds of gestures.
+ */
+async function values(cdp) {
+  const parts = [];
+  const hear = ({ chunk }) => parts.push(chunk);
+  cdp.on("HeapProfiler.addHeapSnapshotChunk", hear);
+  await cdp.send("HeapProfiler.takeHeapSnapshot", { reportProgress: false });
+  cdp.off("HeapProfiler.addHeapSnapshotChunk", hear);
+  const { snapshot, nodes } = JSON.parse(parts.join(""));
+  const { node_fields: fields, node_types: types } = snapshot.meta;
+  const kinds = ["object", "closure", "array"].map((name) => types[0].indexOf(name));
+  const kind = fields.indexOf("type");
+  let count = 0;
+  for (let i = kind; i < nodes.length; i += fields.length) if (kinds.includes(nodes[i])) count++;
+  return count;
+}
+
 /** What the page holds once nothing waits to be collected. */
 async function held(editor, number) {
   const { page } = editor;
@@ -32,7 +51,7 @@ async function held(editor, number) {
   for (let i = 0; i < 2; i++) await page.cdp.send("HeapProfiler.collectGarbage");
   const { nodes, jsEventListeners } = await page.cdp.send("Memory.getDOMCounters");
   const { usedSize } = await page.cdp.send("Runtime.getHeapUsage");
-  return { number, bytes: usedSize, nodes, listeners: jsEventListeners };
+  return { number, bytes: usedSize, nodes, listeners: jsEventListeners, values: await values(page.cdp) };
 }
 
 /** Drag a keytime through some places and back, an edit each. */

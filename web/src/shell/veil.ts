@@ -1,6 +1,7 @@
 /** What lies over the page while there is nothing to show, and says why. */
 
 import { make } from "../dom";
+import type { Remedy } from "./notices";
 
 export class Veil {
   readonly root = make("div", { class: "veil", role: "status" });
@@ -16,6 +17,16 @@ export class Veil {
   coverWithCommand(text: string, command: string): void {
     this.cover(text);
     if (command !== "") this.root.firstElementChild?.append(make("code", {}, command));
+  }
+
+  /** Cover all of the page, and offer what helps. */
+  coverWithRemedy(text: string, { word, action }: Remedy): void {
+    this.cover(text);
+    this.root.dataset.is = "remedy";
+    const button = make("button", { type: "button", class: "button main" }, word);
+    button.addEventListener("click", action);
+    this.root.firstElementChild?.append(button);
+    button.focus();
   }
 
   /** Say something else, where it covers all: how far the opening is. */
