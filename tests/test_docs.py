@@ -1,4 +1,4 @@
-"""The documents name files and modules that are there."""
+"""The documents name files and modules that are there, and write times, keytimes and locks as they are read."""
 
 from __future__ import annotations
 
@@ -9,14 +9,27 @@ from pathlib import Path
 import pytest
 
 from retime import Limits
+from retime.motion.grammar import check_length, parse_speeds, read_key, read_lock, read_span
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 # Versions before named files that are gone since.
 CURRENT = [path for path in DOCUMENTS if path.name != "CHANGELOG.md"]
 # A file of the source, or a folder of it; a path with letters that stand for others is an example.
 FILE = re.compile(r"`((?:[\w.-]+/)+(?:[\w.-]+\.(?:py|hpp|cpp|ts|md|json|toml))?)`")
 NAME = re.compile(r"`(retime(?:\.\w+)+)(?:\(\))?`")
+# What is written for an option: on a command line, where it has digits (capitals are placeholders), and in Python.
+TYPED = re.compile(r"--(lock|keep|flight|no-flight|key|length|speed) (?=[\w./]*\d)([^\s`|,;)]+)")
+LOCKS = re.compile(r"locks=\[((?:\"[^\"]*\"(?:, )?)+)\]")
+READERS = {
+    "lock": read_lock,
+    "keep": read_span,
+    "flight": read_span,
+    "no-flight": read_span,
+    "key": read_key,
+    "length": check_length,
+    "speed": parse_speeds,
+}
 
 
 def found(name: str) -> bool:
@@ -47,6 +60,18 @@ def test_files_that_a_document_names_are_there(document: Path) -> None:
 def test_names_of_the_package_that_a_document_has_are_there(document: Path) -> None:
     named = set(NAME.findall(document.read_text(encoding="utf-8")))
     assert sorted(name for name in named if not found(name)) == []
+
+
+def test_what_documents_give_to_options_is_what_options_read() -> None:
+    read = set()
+    for document in CURRENT:
+        text = document.read_text(encoding="utf-8")
+        typed = TYPED.findall(text)
+        typed += [("lock", lock) for locks in LOCKS.findall(text) for lock in re.findall(r"\"([^\"]*)\"", locks)]
+        for option, value in typed:
+            READERS[option](value)
+            read.add(option)
+    assert read == set(READERS)
 
 
 def test_the_page_of_what_is_promised_has_every_limit_as_it_is() -> None:

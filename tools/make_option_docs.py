@@ -12,9 +12,9 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "options.md"
 _HEAD = """\
 # The options of the search
 
-What `retime.guided_warp` takes beside clip and reference. The same options are those of `retime warp` on the command
-line, of a project, and the fields at the right of the editor. [Which to move when](choosing.md). Generated from
-`search/options.py` by `tools/make_option_docs.py`.
+What `retime.guided_warp` takes beside clips, keytimes, locks and flights, which are in [the guide](guide.md). The same
+options are those of `retime warp` on the command line, of a project, and the fields at the right of the editor. [Which
+to move when](choosing.md). Generated from `search/options.py` by `tools/make_option_docs.py`.
 """
 _KINDS = {
     "length": 'a length: `"65%"`, `9.3` seconds, `"280f"`, or `"free"`',

@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from retime import OptionError, RetimeWarning, Signal, Warp, read, read_warp, write, write_warp
+from retime.cli.help_sections import Option
+from retime.cli.imitate import command
 from retime.search.imitate import imitate
+from retime.search.options import OPTIONS
 
 
 @pytest.fixture
@@ -52,6 +55,22 @@ def test_the_command_finds_what_the_library_finds(run, clips, tmp_path) -> None:
     assert document["coverage"]["warnings"] == list(found.example.warnings)
     # Frames are counted in what is used of the file.
     assert json.loads(run("imitate", clips.csv, *options, "--frames", "10:39").stdout)["n_input"] < document["n_input"]
+
+
+def test_help_says_which_options_need_the_papers_way() -> None:
+    marked = {one.name for one in command.params if isinstance(one, Option) and "needs --paper" in one.default_text}
+    # Of the searches only one of three is refused.
+    assert marked == {one.name for one in OPTIONS if "hand" not in one.methods} | {"search"}
+
+
+@pytest.mark.parametrize(
+    "option", [("--match-tempo",), ("--evenness", "2"), ("--score", "conditional"), ("--search", "heuristic")]
+)
+def test_what_needs_the_papers_way_is_refused_without_it(run, swing, tmp_path, option) -> None:
+    write_warp(Warp([0.0, 2.5], [0.0, 3.0]), tmp_path / "hand.json")
+    given = ("imitate", swing, "--example", "0:90", "--warp", "hand.json", "--fps", "30", "--length", "100%", "--json")
+    assert "--paper" in run(*given, *option, code=2).stderr
+    assert json.loads(run(*given, *option, "--paper").stdout)["coverage"] is None
 
 
 def test_length_keys_and_control_are_those_of_warp(run, clips, tmp_path) -> None:

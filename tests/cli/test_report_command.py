@@ -31,7 +31,9 @@ def test_no_file_is_replaced(run, clips, tmp_path) -> None:
     run("report", clips.bvh)
     before = (tmp_path / "retime-report.zip").read_bytes()
     again = run("report", clips.csv, code=1)
-    assert "exists already" in again.stderr
+    assert "exists already, and a report replaces nothing: name another place with -o" in again.stderr
+    # The words of other commands, whose option this one lacks.
+    assert "--force" not in again.stderr
     assert (tmp_path / "retime-report.zip").read_bytes() == before
     run("report", clips.csv, "-o", "other.zip")
     run("report", clips.csv, "--output", "other.zip", code=1)

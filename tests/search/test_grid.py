@@ -34,6 +34,27 @@ def test_what_gets_longer_is_offered_finely_up_to_a_minute(end: float, shorter: 
 
 
 @pytest.mark.parametrize(
+    ("given", "another", "expected"),
+    [
+        ({"length": "80%"}, False, (4, 32)),
+        ({"length": "125%"}, False, (12, 96)),
+        # The paper's steps: whole frames, and quarters where the clip gets longer.
+        ({"length": "80%", "max_skip": 8}, False, (1, 8)),
+        ({"length": "125%", "max_skip": 8}, False, (4, 8)),
+        ({"length": "80%", "evenness": 0, "keep_flights": 0}, False, (1, 8)),
+        ({"length": "100%"}, True, (8, 16)),
+    ],
+)
+def test_a_figure_gets_the_steps_that_the_options_page_says(
+    given: dict[str, object], another: bool, expected: tuple[int, int]
+) -> None:
+    clip = retime.sample()[40:160]
+    reference = retime.sample()[100:200] if another else None
+    found = retime.guided_warp(clip, reference=reference, **given)
+    assert (found.upsample, found.max_skip) == expected
+
+
+@pytest.mark.parametrize(
     ("upsample", "expected"),
     [
         (1, [1, 2, 3, 4, 8]),

@@ -44,7 +44,7 @@ _EXAMPLES = (
     metavar="DIR",
     type=PATH,
     default_text="beside each clip",
-    help="Folder to write to, under each clip's own name and the suffix.",
+    help="A folder that is there, to write to under each clip's own name and the suffix.",
 )
 @click.option(
     "--suffix",

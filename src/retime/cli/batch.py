@@ -126,7 +126,7 @@ def _setting_options(function: Any) -> Any:
     type=PATH,
     help="Settings by pattern of names (.toml), or by clip (.csv with a column clip); they go before options.",
 )
-@search_options(usual={"length": "as the input"}, as_text=True)
+@search_options(usual={"length": "as the keytimes say; without any, as the input"}, as_text=True)
 @_setting_options
 @click.option(
     "--workers",

@@ -33,16 +33,20 @@ def _range(text: str) -> str:
     return text
 
 
-# Where nobody says otherwise; what weighs scores does so with --paper only.
+_OF_PAPER = {
+    "free_weight": "sum",
+    "score": "joint",
+    **dict.fromkeys(("evenness", "keep_flights", "content", "ends", "own_timing"), "0"),
+    "match_tempo": "off",
+}
+# Where nobody says otherwise. What weighs scores is refused without --paper, and has then the paper's values.
 _USUAL = {
     "length": "free",
     "smoothing": "3; 5 with --paper",
     "upsample": "16 to 24 by what the hand played, 8 to 12 for takes beyond two minutes",
     "max_skip": "twice unit speed, or more where the hand is faster",
-    **dict.fromkeys(
-        ("free_weight", "score", "evenness", "keep_flights", "content", "ends", "own_timing", "match_tempo"),
-        "with --paper only",
-    ),
+    **{name: f"{usual}; needs --paper" for name, usual in _OF_PAPER.items()},
+    "search": "priced; heuristic needs --paper",
 }
 
 _EXAMPLES = (

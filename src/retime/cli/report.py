@@ -10,7 +10,7 @@ from retime.cli.clip_options import PATH, ClipOptions, clip_options
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.output_checks import check_outputs
 from retime.cli.terminal import say
-from retime.errors import OptionError, OutputExistsError
+from retime.errors import OptionError, OutputExistsError, RetimeError
 
 _EXAMPLES = (
     "\b\nExamples\n  retime report broken.bvh\n  retime report walk.c3d -o walk-report.zip\n"
@@ -61,9 +61,13 @@ def command(*, clip: Path, clip_options: ClipOptions, output: Path | None, keep:
     if clip_options.frames is not None or clip_options.drop_first:
         raise OptionError("--frames and --drop-first have no place in a report, which chooses frames itself")
     place = output or _PLACE
-    if place.exists():
-        raise OutputExistsError(place)
-    check_outputs({"--output": place}, inputs=[clip], force=False)
+    try:
+        check_outputs({"--output": place}, inputs=[clip], force=False)
+    except OutputExistsError as error:
+        # Its own words name an option that this command does not have.
+        raise RetimeError(
+            f"{place}: exists already, and a report replaces nothing: name another place with -o"
+        ) from error
     from retime.files import write_bytes
 
     reading = Reading(clip_options.read_options(), clip_options.up, clip_options.root)

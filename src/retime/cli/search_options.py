@@ -56,14 +56,20 @@ def search_options(
 def _made(option: Option, usual: str | None, as_text: bool) -> Decorator:
     """Make click's option of a declaration; `usual` is the command's own default in words."""
     if usual is None:
-        usual = "" if option.usual == "none" else option.default_words
-    common: dict[str, Any] = {"cls": SectionedOption, "section": option.section, "help": option.help}
+        # That a flag is off where nobody gives it needs no word.
+        usual = "" if option.usual == "none" or option.kind == "flag" else option.default_words
+    common: dict[str, Any] = {
+        "cls": SectionedOption,
+        "section": option.section,
+        "help": option.help,
+        "default_text": usual,
+    }
     if option.kind == "flag":
         turned = not option.default
         return click.option(
             option.on_command_line, option.name, is_flag=True, flag_value=turned, default=None, **common
         )
-    common |= {"metavar": option.metavar, "default_text": usual}
+    common |= {"metavar": option.metavar}
     if option.kind == "choice":
         choice = click.Choice([choice.value for choice in option.choices])
         return click.option(option.on_command_line, option.name, type=choice, **common)

@@ -290,7 +290,7 @@ _EXAMPLES = (
     help="Each variant imitates one of the references, drawn, in place of all of them.",
 )
 @search_options(
-    usual={"length": "as the input"},
+    usual={"length": "as the keytimes say; without any, as the input"},
     beside=WISHES_BESIDE
     | {
         "keep_flights": FLIGHT_OPTIONS,

@@ -110,8 +110,9 @@ def guided_warp(
         keeps the input's own rate.
     max_skip : int, optional
         Largest step between neighbouring selected frames of the upsampled input: no speed goes beyond ``max_skip /
-        upsample``. Left out: 8, or 16 for another reference; or twice a span's mean step where that is more (a quarter
-        more where twice is dear).
+        upsample``. Left out: with natural hurry 8 times `upsample`, without it 8, or 16 for another reference (8 beyond
+        two minutes); or twice a span's mean step where that is more (a quarter more where twice is dear). Where it
+        is given, a clip that moves like itself has the paper's steps: `upsample` is as without natural hurry.
     upsample : int, optional
         Frames offered per analysis period: no speed falls below ``1 / upsample``. Left out, each span between keytimes
         has its own. With natural hurry 4 where it gets shorter and 12 where it gets longer (4 where the input is

@@ -463,7 +463,8 @@ OPTIONS: tuple[Option, ...] = (
         name="max_skip",
         kind="whole",
         default=None,
-        usual="8, 16 for another reference, or more where the length needs it",
+        usual="8 times upsample where a figure moves like itself; 16 for another reference; 8 for signals; more where "
+        "the length needs it",
         in_short="as needed",
         stage="solve",
         section="Method",
@@ -480,7 +481,8 @@ OPTIONS: tuple[Option, ...] = (
         name="upsample",
         kind="whole",
         default=None,
-        usual="4 where a figure gets shorter, 12 where longer; 8 for another reference; 1 or 4 for signals",
+        usual="4 where a figure gets shorter, 12 where longer (1 and 4 where max_skip is given); 8 for another "
+        "reference; fewer in takes beyond a minute or two; 1 or 4 for signals",
         in_short="as needed",
         stage="solve",
         section="Method",
