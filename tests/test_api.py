@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import functools
+import importlib
+import inspect
 import types
 from pathlib import Path
 
@@ -37,8 +40,18 @@ def test_a_change_of_any_kind_shows() -> None:
         def rate(self) -> float:
             raise NotImplementedError
 
+        @functools.cached_property
+        def poses(self) -> int:
+            raise NotImplementedError
+
         @classmethod
         def read(cls, path: str) -> Clip:
+            raise NotImplementedError
+
+        def __getitem__(self, index: slice) -> Clip:
+            raise NotImplementedError
+
+        def __hash__(self) -> int:
             raise NotImplementedError
 
     Clip.__module__ = "retime.example"
@@ -51,7 +64,9 @@ def test_a_change_of_any_kind_shows() -> None:
     module.__all__ = ["Clip", "LIMIT", "speed"]
     assert list(make_api.lines_of(module)) == [
         "class Clip",
+        "    Clip.__getitem__(index: slice) -> Clip",
         "    Clip.cut(first: int, *, last: int | None = None) -> Clip",
+        "    Clip.poses: int  (property)",
         "    Clip.rate: float  (property)",
         "    Clip.read(path: str) -> Clip",
         "LIMIT: int",
@@ -61,6 +76,21 @@ def test_a_change_of_any_kind_shows() -> None:
     with_more.__module__ = "retime.example"
     del module.__all__
     assert make_api.public_names(module) == ["Clip", "speed"]
+
+
+def test_what_a_value_holds_is_on_the_page_under_the_names_that_it_has() -> None:
+    page = make_api.PAGE.read_text(encoding="utf-8")
+    values = []
+    for module in map(importlib.import_module, ("retime", "retime.errors", "retime.formats", "retime.batch")):
+        values += [getattr(module, name) for name in make_api.public_names(module)]
+    values = [value for value in values if inspect.isclass(value) and dataclasses.is_dataclass(value)]
+    assert len(values) > 20
+    for value in values:
+        held = {one.name for one in dataclasses.fields(value)}
+        taken = set(inspect.signature(value).parameters)
+        assert {one for one in held if f"{value.__name__}.{one}: " in page} == held - taken
+        # Keytime takes numbers without names too.
+        assert taken <= held | {"output_first", "named"}
 
 
 def test_all_that_warns_of_its_end_is_listed() -> None:
