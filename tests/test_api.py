@@ -93,6 +93,23 @@ def test_what_a_value_holds_is_on_the_page_under_the_names_that_it_has() -> None
         assert taken <= held | {"output_first", "named"}
 
 
+def test_a_docstring_that_lists_parameters_lists_all_of_them() -> None:
+    listed = 0
+    for module in map(importlib.import_module, ("retime", "retime.formats", "retime.batch")):
+        for name in make_api.public_names(module):
+            value = getattr(module, name)
+            section = (inspect.getdoc(value) or "").partition("Parameters\n----------\n")[2]
+            # Keytime is made by names, and by others as in 0.1.
+            if not section or name == "Keytime":
+                continue
+            lines = section.partition("\n\n")[0].splitlines()
+            named = ",".join(line.partition(" : ")[0] for line in lines if not line.startswith(" "))
+            told = {one.strip(" *") for one in named.split(",")}
+            assert told == set(inspect.signature(value).parameters), f"{module.__name__}.{name}"
+            listed += 1
+    assert listed > 30
+
+
 def test_all_that_warns_of_its_end_is_listed() -> None:
     warned = 0
     for path in (ROOT / "src" / "retime").rglob("*.py"):

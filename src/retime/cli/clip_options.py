@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from retime.motion.motion import Up
 
 PATH = click.Path(path_type=Path)
+UP_WHERE_LEFT_OUT = "as the file declares (FBX, USD, AMASS), else y"
+"""What help says of --up."""
 # Bytes of a file from which a command's arrays are so large that clearing memory for them takes its time.
 _LONG_TAKE = 1 << 23
 
@@ -246,7 +248,7 @@ _OPTIONS = (
         section="Input",
         metavar="AXIS",
         type=click.Choice(["y", "z"], case_sensitive=False),
-        default_text="y",
+        default_text=UP_WHERE_LEFT_OUT,
         help="Which axis of the file is vertical: y, or z. The output keeps the same axis.",
     ),
     click.option(

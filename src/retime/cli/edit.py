@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from retime.cli.clip_options import PATH, parsed
+from retime.cli.clip_options import PATH, UP_WHERE_LEFT_OUT, parsed
 from retime.cli.help_sections import Option, SectionedCommand
 from retime.cli.terminal import say
 from retime.errors import MissingExtraError, MissingPageError, OptionError, RetimeWarning
@@ -58,7 +58,7 @@ def _offset(text: str) -> str:
     section="Input",
     metavar="AXIS",
     type=click.Choice(["y", "z"]),
-    default_text="as the format says",
+    default_text=UP_WHERE_LEFT_OUT,
     help="The axis that is up in the files.",
 )
 @click.option(

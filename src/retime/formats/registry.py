@@ -325,8 +325,16 @@ def read(
     decimal_comma : bool
         Numbers are written with a comma.
     up : {"y", "z"}, optional
-        Which axis of a motion's coordinates is vertical, where it isn't Y. No format here declares it; it is written
-        as it was read. A signal has none.
+        Which axis of a motion's coordinates is vertical. Left out: what the file declares (FBX, USD, bodies of AMASS),
+        else Y, for the other formats don't declare it. It is written as it was read. A signal has none.
+    kinds : mapping of str to ChannelKind or str, optional
+        What channels of a table hold, by their names or patterns of them (``{"*_contact": "event"}``); what is not
+        named is found by names and values. As `Signal` has it.
+    gaps : str, optional
+        What to do about values that a table lacks: ``"bridge"`` fills gaps of up to a second, ``"bridge:0.2"`` up to
+        0.2 s, ``"keep"`` keeps them all as holes. Left out, they are refused.
+    array : str or sequence of str
+        Which array of an NPZ is meant, or which side by side; of a C3D ``"points"`` or ``"analog"``.
     root : str, optional
         The joint that carries a motion's body, where it isn't found rightly (`retime.motion.body.body_joint`). A signal
         has none.

@@ -79,7 +79,7 @@ def imitate(
         As `guided_warp` has it; "free" where left out, for the hand's warp says how fast, not how long.
     **options
         The other options of `guided_warp`, but for `reference`. Those that weigh its scores (`score`, `free_weight`,
-        `evenness`, `keep_flights`, `content`, `ends`, the heuristic search) need `paper`.
+        `evenness`, `keep_flights`, `content`, `ends`, `own_timing`, `match_tempo`, the heuristic search) need `paper`.
 
     Returns
     -------
