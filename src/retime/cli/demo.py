@@ -36,7 +36,7 @@ def command(*, out: Path, force: bool) -> None:
     """Retime the sample clip, and show what was kept and what was squeezed.
 
     A figure stands, walks, pauses, crouches and jumps; the output has 65 % of its length. Writes the sample, the
-    retimed motion, the warp and its picture.
+    retimed motion, the warp and, where matplotlib is there (extra plot), its picture.
     """
     names = ["sample.bvh", "shorter.bvh", "warp.json"]
     pictures = ["warp.svg", "warp.png"] if importlib.util.find_spec("matplotlib") is not None else []
