@@ -273,7 +273,7 @@ def output_options(function: Callable[..., None]) -> Callable[..., None]:
         outputs = OutputOptions(**{name: given.pop(name) for name in OutputOptions.__dataclass_fields__})
         function(outputs=outputs, **given)
 
-    packed = media_options(offset=False)(packed)
+    added = media_options(offset=False)(packed)
     for option in reversed(_OPTIONS):
-        packed = option(packed)
-    return packed
+        added = option(added)
+    return added
