@@ -112,6 +112,19 @@ def test_names_can_not_steer_the_terminal(run, tmp_path) -> None:
     assert r"Hips\x1b[31m" in result.stdout
 
 
+def test_a_clip_of_hardly_a_frame_a_second_is_said(run, command, tmp_path) -> None:
+    """A frame time of an hour is told before a search is asked for, and makes no millions of frames of 30."""
+    path = tmp_path / "slow.npz"
+    np.savez(path, values=np.arange(60.0).reshape(30, 2), fps=np.array(1 / 3600))
+    assert "slow has 0.000278 frames a second, and so is 108000 s long" in run("info", path).stderr
+    refused = command("convert", path, tmp_path / "fast.npz", "--rate", "30")
+    assert refused.returncode == 2
+    assert "3132001 frames" in refused.stderr
+    assert "0.000278 Hz, the clip's own rate" in refused.stderr
+    assert not (tmp_path / "fast.npz").exists()
+    assert "frames a second, and so" not in run("info", path, "--fps", "1").stderr
+
+
 def test_build_says_which_backend_is_in_use(run) -> None:
     document = json.loads(run("info", "--build", "--json").stdout)
     assert document["backend"] in BACKENDS

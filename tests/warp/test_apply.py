@@ -551,7 +551,11 @@ class TestSlip:
     [
         (1e7, "output of 1e+07 s has 3e+08 frames at 30 frames a second; 10000000 is the most"),
         (1e300, "3e+301 frames"),
-        (3.2e5, "the output would have 9600001 frames, and take 2.15 GB, where the input has 20 frames"),
+        (3.2e5, "the output would have 9600001 frames, and take 2.15 GB, where the input has 20 frames; 2.1 GB are"),
+        (
+            8739.0,
+            "the output would have 262171 frames, and take 0.0587 GB, where the input has 20 frames; 262144 frames",
+        ),
     ],
 )
 def test_an_output_that_no_file_could_hold_is_refused_before_it_is_made(end: float, says: str) -> None:

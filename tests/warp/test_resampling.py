@@ -81,3 +81,16 @@ def test_what_is_no_clip_is_refused() -> None:
         resample(np.zeros(3), 24)
     with pytest.raises(OptionError, match="rate"):
         resample(clock(3, Fraction(30)), 0)
+
+
+def test_a_clip_whose_own_rate_is_wrong_makes_no_millions_of_frames() -> None:
+    """A frame time of an hour, which was a number of something else, made 3 million frames of 30."""
+    slow = clock(30, Fraction(1, 3600))
+    words = (
+        r"3132001 frames, and take 0\.0251 GB, where the input has 30 frames; 262144 .* Is 0\.000278 Hz, the clip's own"
+    )
+    with pytest.raises(OptionError, match=words):
+        resample(slow, 30)
+    assert resample(slow, 1).n_frames == 29 * 3600 + 1
+    # A long clip that is refined a thousand times is one that somebody meant.
+    assert resample(clock(1001, Fraction(1)), 1000).n_frames == 1_000_001

@@ -62,12 +62,22 @@ def command(*, clip: Path | None, clip_options: ClipOptions, as_json: bool, buil
             rows = _media_rows(document)
         else:
             motion = clip_options.read(clip)
+            _warn_of_a_slow_clock(motion)
             document = _describe_clip(clip, motion, clip_options.array) | {"facts": _facts(clip, clip_options)}
             rows = _clip_rows(document)
     if as_json:
         say_json(document)
     else:
         say_table(rows)
+
+
+def _warn_of_a_slow_clock(motion: AnyMotion) -> None:
+    """Warn as a search does of a clip that has hardly a frame a second."""
+    from retime.errors import RetimeWarning
+    from retime.search.inputs import slow_clock
+
+    if problem := slow_clock(motion):
+        warnings.warn(problem, RetimeWarning, stacklevel=2)
 
 
 def _facts(clip: Path, clip_options: ClipOptions) -> dict[str, str]:

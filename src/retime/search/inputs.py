@@ -102,14 +102,8 @@ def check_rates(clips: Sequence[AnyMotion], rate: float) -> None:
         A clip has less than a frame a second.
     """
     for clip in clips:
-        if clip.rate < 1:
-            warnings.warn(
-                f"{clip.name or 'the input'} has {float(clip.rate):.3g} frames a second, and so is "
-                f"{float(clip.duration):.6g} s long: are its times in milliseconds, or its rate a time? Give the rate "
-                "of the file (--fps; for an array rate=) where that is wrong",
-                RetimeWarning,
-                stacklevel=4,
-            )
+        if problem := slow_clock(clip):
+            warnings.warn(problem, RetimeWarning, stacklevel=4)
     fastest = float(max(clip.rate for clip in clips))
     if rate > max(_FINEST, 2 * fastest):
         raise OptionError(
@@ -123,6 +117,17 @@ def check_rates(clips: Sequence[AnyMotion], rate: float) -> None:
         remedy="Take a part of it (frames), use a lower rate (rate=, --rate), or correct the clip's own (--fps)",
         n_bytes=8 * 12 * frames,
         option="rate",
+    )
+
+
+def slow_clock(clip: AnyMotion) -> str | None:
+    """Say that a clip has less than a frame a second, which hardly one is meant to have; None where it has more."""
+    if clip.rate >= 1:
+        return None
+    return (
+        f"{clip.name or 'the input'} has {float(clip.rate):.3g} frames a second, and so is "
+        f"{float(clip.duration):.6g} s long: are its times in milliseconds, or its rate a time? Give the rate of the "
+        "file (--fps; for an array rate=) where that is wrong"
     )
 
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from retime.arrays import FloatArray
 from retime.brief import kind_of
 from retime.errors import OptionError, RetimeWarning
-from retime.limits import MOST_NUMBERS
 from retime.motion.any_motion import AnyMotion
 from retime.motion.body import above_body
 from retime.motion.contacts import Contacts
@@ -30,6 +29,7 @@ from retime.warp.averaging import (
     windows_of,
 )
 from retime.warp.curve import Warp, WarpLike, as_warp, output_frame_times
+from retime.warp.size import refuse_too_large
 
 # A motion stays a motion, and a signal a signal.
 Retimed = TypeVar("Retimed", Motion, Signal)
@@ -207,16 +207,9 @@ def shown_at(signal: Signal, warp: Warp, output_times: FloatArray, *, average: b
 
 
 def _refuse_too_large(motion: AnyMotion, warp: Warp) -> None:
-    """Refuse an output that no reader would take again, before anything is allocated for it."""
-    frames = warp.count_frames(motion.rate)
-    # A rotation and a place for each joint.
-    numbers = frames * (7 * motion.skeleton.n_joints if isinstance(motion, Motion) else len(motion.names))
-    # What slows down a very long clip is still taken for its own.
-    if numbers > MOST_NUMBERS and frames > 4 * motion.n_frames:
-        raise OptionError(
-            f"the output would have {frames} frames, and take {8 * numbers / 1e9:.3g} GB, where the input has "
-            f"{motion.n_frames} frames; {8 * MOST_NUMBERS / 1e9:.2g} GB are the most. Is it the warp of another clip?"
-        )
+    refuse_too_large(
+        motion, warp.count_frames(motion.rate), asks="Is it the warp of another clip, or is one of its times wrong?"
+    )
 
 
 def compare_ranges(motion: AnyMotion, warp: Warp) -> None:

@@ -16,6 +16,7 @@ from retime.motion.any_motion import AnyMotion
 from retime.motion.motion import Motion
 from retime.motion.rate import RateLike, parse_rate
 from retime.motion.signal import Signal
+from retime.warp.size import refuse_too_large
 
 Shown = TypeVar("Shown", Motion, Signal)
 
@@ -47,7 +48,8 @@ def resample(motion: Shown, rate: RateLike | None = None, *, on: int = 1) -> Sho
     Raises
     ------
     OptionError
-        Not a clip, no rate, or no whole number of frames to hold.
+        Not a clip, no rate, or no whole number of frames to hold; or more than a thousand frames for each of the
+        clip's, and many.
 
     Examples
     --------
@@ -62,6 +64,7 @@ def resample(motion: Shown, rate: RateLike | None = None, *, on: int = 1) -> Sho
     shown: Shown = motion
     if rate is not None and (new := parse_rate(rate)) != motion.rate:
         n_frames = math.floor((motion.n_frames - 1) * new / motion.rate) + 1
+        refuse_too_large(motion, n_frames, asks=f"Is {float(motion.rate):.3g} Hz, the clip's own rate, right (--fps)?")
         # In whole numbers up to the last division: far into a clip sums of periods would drift.
         times = np.arange(n_frames) * new.denominator / new.numerator
         first_frame = round(motion.first_frame * new / motion.rate)
