@@ -139,6 +139,26 @@ def test_a_column_called_frame(tmp_path: Path) -> None:
     assert table(tmp_path, "t,frame\n0,1\n1,2\n").names == ("frame",)
 
 
+def test_one_number_that_is_wrong_makes_no_channel_of_a_count_without_a_word(tmp_path: Path) -> None:
+    """The search would look at it: one number that is far off outweighs all else."""
+    numbers = ["7", "8", "9", "1000000", "11", "12", "13"]
+    rows = "".join(f"{number},{i * i}\n" for i, number in enumerate(numbers))
+    words = r"'frame' doesn't count up by one: it goes from 9 to 1000000 at line 5\. .* looks at, and its rows as even"
+    with pytest.warns(FormatWarning, match=words):
+        assert table(tmp_path, f"frame,x\n{rows}", rate=30).names == ("frame", "x")
+    timed = "".join(f"{i / 25},{row}" for i, row in enumerate(rows.splitlines(keepends=True)))
+    with pytest.warns(FormatWarning, match=r"to 1000000 at line 5\. .* looks at \(--channel 'frame=time:frames'"):
+        table(tmp_path, f"t,frame,x\n{timed}")
+    # Rows that are missing are told too; a count by twos is a channel that somebody meant.
+    with pytest.warns(FormatWarning, match="from 3 to 7 at line 5"):
+        table(tmp_path, "frame,x\n1,1\n2,4\n3,2\n7,1\n8,1\n", rate=30)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        table(tmp_path, "frame,x\n2,1\n4,1\n6,3\n8,1\n", rate=30)
+        said = table(tmp_path, "frame,x\n1,1\n2,4\n3,2\n7,1\n8,1\n", rate=30, kinds={"frame": "time:frames"})
+    assert [str(kind) for kind in said.kinds] == ["time:frames", "linear"]
+
+
 @pytest.mark.filterwarnings("ignore::retime.errors.FormatWarning")
 def test_a_column_called_frame_may_have_empty_cells(tmp_path: Path) -> None:
     """Filled, such a column would be a channel that is taken for the frames' numbers when it is read again."""

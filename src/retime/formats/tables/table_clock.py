@@ -108,7 +108,30 @@ class TableClock:
         if len(self.text.names) - (time is not None) < 2:
             return None
         frames = [i for i, name in enumerate(self.text.names) if is_frame_name(name) and i != time]
-        return next((i for i in frames if counted_from(self.rows.values[:, i]) is not None), None)
+        counts = next((i for i in frames if counted_from(self.rows.values[:, i]) is not None), None)
+        if counts is None:
+            for place in frames:
+                self._warn_of_no_count(place, time)
+        return counts
+
+    def _warn_of_no_count(self, column: int, time: int | None) -> None:
+        """Warn that a column called after frames is a channel, where all but a few of its numbers count them."""
+        name, values = self.text.names[column], self.rows.values[:, column]
+        if any(matching(pattern, [name]) for pattern in self.text.options.channels):
+            return
+        known = np.flatnonzero(~np.isnan(values))
+        odd = np.flatnonzero(np.diff(values[known]) != np.diff(known))
+        if not 0 < len(odd) < (len(known) - 1) / 2:
+            return
+        before, after = known[odd[0]], known[odd[0] + 1]
+        even = "" if time is not None else ", and its rows as even"
+        warnings.warn(
+            f"{self.path}: {name!r} doesn't count up by one: it goes from {values[before]:.10g} to "
+            f"{values[after]:.10g} at line {self.text.line_of_row(int(after))}. It is taken for a channel that the "
+            f"search looks at{even} (--channel '{name}=time:frames' takes it for a clock)",
+            FormatWarning,
+            stacklevel=5,
+        )
 
     def timing(self, clock: TimeColumn | None) -> tuple[Fraction, Places | None]:
         """Find the rate, and where between the rows frames are, if the rows are not even."""
