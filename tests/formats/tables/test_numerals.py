@@ -153,3 +153,19 @@ def test_columns_without_a_number_in_the_first_rows(tmp_path: Path) -> None:
     write_rows(tmp_path / "a.csv", [["time", "phase", "x"], *rows])
     write(read(tmp_path / "a.csv"), tmp_path / "b.csv")
     assert [row[1] for row in rows_of(tmp_path / "b.csv")[1:]] == [row[1] for row in rows]
+
+
+def test_lines_of_delimiters_alone_are_no_rows(tmp_path: Path) -> None:
+    """A .trc ends its rows with a tab, and programs leave lines of tabs between them."""
+    head = (
+        "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t3\t1\tmm\n"
+        "Frame#\tTime\tA\t\t\t\n\t\tX1\tY1\tZ1\t\n\n"
+    )
+    rows = ["1\t0.00\t007\t2\t3\t\n", "\t\t\n", "2\t0.01\t008\t2\t3\t\n", "\t\t\t\t\t\t\n", "3\t0.02\t008\t4\t3\t\n"]
+    (tmp_path / "a.trc").write_text(head + "".join(rows))
+    clip = read(tmp_path / "a.trc")
+    assert clip.values.tolist() == [[7, 2, 3], [8, 2, 3], [8, 4, 3]]
+    write(clip, tmp_path / "a.csv")
+    assert [line.split(",")[1:] for line in (tmp_path / "a.csv").read_text().splitlines()[1:]] == [
+        ["7", "2", "3"], ["8", "2", "3"], ["8", "4", "3"],
+    ]  # fmt: skip

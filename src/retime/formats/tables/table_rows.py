@@ -129,6 +129,9 @@ class TableRows:
     def _fields(self, piece: bytes, first_line: int) -> Iterator[tuple[int, bool, list[str]]]:
         """Yield each row's line, whether its numbers ran together, and its fields."""
         for line, _, fields in self.text.rows(piece, first_line):
+            # Delimiters alone are an empty line, where the layout ends rows with some.
+            if self.text.layout.extra and not any(fields):
+                continue
             while self.text.layout.extra and len(fields) > len(self.text.names) and not fields[-1]:
                 fields.pop()
             parted = self._parted(fields)
