@@ -74,6 +74,20 @@ def test_places_follow_frames_that_are_not_even() -> None:
     assert [plan.shown(k, 5)[0].tolist() for k in range(5)] == [[0], [1], [2], [3], [4]]
 
 
+def test_the_last_frame_is_shown_for_as_long_as_most_are() -> None:
+    """Of a damaged file a stamp may be hours off: a mean made the last frame, and the sound under it, hours long."""
+    seconds = [0.0, 0.1, 0.2, 0.3, 61_935.0]
+    frames = FrameTimes(
+        np.array([round(time * 90_000) for time in seconds]), Fraction(1, 90_000), Fraction(4, 61_935), False
+    )
+    plan = plan_frames(frames, Warp([0.0, 0.6], [0.0, 0.3]))
+    assert float(plan.end * plan.base) == pytest.approx(0.7)
+    # Where half of them are shown for longer, so may the last one be.
+    frames = FrameTimes(np.array([0, 1, 5, 9]), Fraction(1, 10), Fraction(10, 3), False)
+    plan = plan_frames(frames, Warp([0.0, 0.9], [0.0, 0.9]))
+    assert float(plan.end * plan.base) == pytest.approx(1.3)
+
+
 def test_what_is_played_backward_is_shown_again() -> None:
     times = FrameTimes(np.array([0, 10, 40, 50, 100]), Fraction(1, 100), Fraction(5), False)
     plan = plan_frames(times, Warp([0, 1, 2], [0, 1, 0]))

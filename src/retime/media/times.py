@@ -193,7 +193,10 @@ def plan_frames(
         kept = _apart(stamps, max(1, round(closest / float(base) * 0.999)))
         stamps = stamps[kept]
         moments = np.asarray(warp.output_start + stamps * float(base), np.float64)
-        end = max(round(warp.output_span / float(base)), int(stamps[-1])) + max(1, round(1 / float(frames.rate * base)))
+        # The last frame is shown for as long as most are: by a mean one stamp that is far off would make it hours.
+        gaps = np.diff(frames.seconds)
+        last = float(np.median(gaps)) if len(gaps) else 1 / float(frames.rate)
+        end = max(round(warp.output_span / float(base)), int(stamps[-1])) + max(1, round(last / float(base)))
         shown = Fraction(len(stamps)) / (end * base)
         # Of frames that would come too close together some are left out: those are averaged with their neighbours.
         around = np.concatenate([kept[:1] - 1, kept, kept[-1:] + 1])
