@@ -153,10 +153,10 @@ def test_a_curve_is_what_the_command_line_writes(exporting, run, monkeypatch, cu
         ({"host": "nuke", "path": "x.nk", "start": "one"}, "expected the first frame's number"),
         ({"host": "nuke", "path": "x.nk", "rate": "fast"}, "expected a frame rate"),
         ({"host": "abacus", "path": "x.nk"}, "no host is called 'abacus'"),
-        ({"host": "usd-clips", "path": "x.usda"}, "needs --item"),
+        ({"host": "usd-clips", "path": "x.usda"}, "needs “For”"),
         ({"host": "csv", "path": "x.csv", "tolerance": "some"}, "the tolerance: expected a plain number"),
         ({"host": "csv", "path": "x.csv", "tolerance": "-1"}, "the tolerance: expected a plain number of at least 0"),
-        ({"host": "nuke", "path": "x.nk", "tolerance": "0.1"}, "--tolerance would have no effect"),
+        ({"host": "nuke", "path": "x.nk", "tolerance": "0.1"}, "“Tolerance” would have no effect"),
         ({"host": "csv", "path": "jump.bvh", "overwrite": True}, "an input is never overwritten"),
     ],
 )

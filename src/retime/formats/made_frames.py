@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from retime.arrays import FloatArray
+from retime.brief import brief_repr
 from retime.limits import MOST_NUMBERS
 
 # So many frames, of so many numbers, or so many of each that is there.
@@ -46,7 +47,7 @@ def _beyond(n_frames: int, n_channels: int, n_rows: int, n_numbers: int, most_nu
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sampling:
     """The frames that are made of a scene's keys.
 
@@ -71,6 +72,8 @@ class Sampling:
     n_channels: int
     n_numbers: int
     keys: FloatArray
+
+    __repr__ = brief_repr
 
     def _places(self) -> tuple[FloatArray, int]:
         """Return the ends of the span and the keys within, each time once, and how many of them are keys."""
